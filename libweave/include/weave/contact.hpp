@@ -1,0 +1,92 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "weave/model.hpp"
+
+namespace weave {
+
+/// Node of one fiber against the closest point of another fiber's poly-line. Friction acts on the material slip along the touched fiber: the
+/// change of the closest point's arc length, which no rigid motion alters. Round fibers are free to roll over one another sideways.
+struct LineContact {
+  std::uint32_t node = 0;
+  std::uint32_t segment = 0;  ///< first node of the touched bar; follows the closest point from step to step
+  std::int32_t image = 0;     ///< the touched fiber is shifted by image * period_y
+  float unused = 0;
+  double friction = 0;        ///< tangential force on `node` along the bar, before weighting is undone [N]
+  double stiffness = 0;       ///< tangential stiffness at the last step [N/m]; 0: was apart
+};
+
+/// Closest points of two fibers that cross at an angle.
+struct CrossingContact {
+  std::uint32_t segment_a = 0, segment_b = 0;
+  std::int32_t image = 0;
+  float unused = 0;
+  double friction_a = 0, friction_b = 0;  ///< components of the force on fiber a along the tangents of a and of b (dual frame) [N]
+  double stiffness = 0;
+};
+
+/// Reaction of one contact on the touched fiber, gathered later by that fiber's owner.
+struct Reaction {
+  Vec3 on_first, on_second;  ///< on the nodes of the touched bar [N]
+  double stiffness;          ///< [N/m]
+  std::uint32_t segment;
+  bool active;
+};
+
+struct ContactList {
+  std::vector<LineContact> line;           ///< sorted by node
+  std::vector<std::uint32_t> line_of;      ///< contacts of fiber f: line_of[f] ... line_of[f+1]-1
+  std::vector<CrossingContact> crossing;   ///< sorted by fiber a
+  std::vector<std::uint32_t> crossing_of;  ///< as line_of
+  // touched side: contacts by fiber b, in order of number
+  std::vector<std::uint32_t> line_target, line_target_of, crossing_target, crossing_target_of;
+  std::vector<Reaction> line_reaction, crossing_reaction;
+};
+
+/// Geometry that contact reads: positions, velocities and tangents of the present step. Sizes: nodes.
+struct FiberGeometry {
+  std::span<const Vec3> x, v;
+  std::span<const Vec3> bar_tangent;    ///< unit, from a node to the next
+  std::span<const double> bar_length;
+  std::span<const Vec3> node_tangent;   ///< unit, from the previous to the next node
+  std::span<const double> node_chord;   ///< distance from the previous to the next node
+};
+
+/// Sums over the contacts owned by one fiber.
+struct ContactSums {
+  double overlap_max = 0;        ///< largest overlap / reach
+  std::uint32_t node_max = 0, segment_max = 0;  ///< where
+  double slip_loss = 0;          ///< energy lost in this step by slip and by change of the friction springs [J]
+  double energy = 0;             ///< only where asked for
+  double friction_store = 0;     ///< only where asked for
+  std::uint32_t touching = 0;
+};
+
+/// Forces of the contacts owned by `fiber` (its nodes against other fibers, its crossings with later ones). Adds to `force` and `stiffness`
+/// of the fiber's own nodes only, and stores the reactions; so fibers can be evaluated in any order, on any thread, to the same bits.
+ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry, std::uint32_t fiber, double dt, bool with_energy,
+                              ContactList& contacts, std::span<Vec3> force, std::span<double> stiffness);
+
+/// Adds the stored reactions on `fiber` to its nodes, in a fixed order.
+void gather_reactions(const ContactList& contacts, std::uint32_t fiber, std::span<Vec3> force, std::span<double> stiffness);
+
+/// Closest point of the bars around `segment` to a point, starting from `segment` and `image` and walking along the fiber.
+struct PolylinePoint {
+  double fraction = 0;     ///< 0...1 along the bar
+  Vec3 separation;         ///< from the closest point to the point
+  double distance2 = 0;
+};
+PolylinePoint walk_to_point(const Model& model, const FiberGeometry& geometry, const Vec3& point, std::uint32_t& segment, std::int32_t& image);
+
+/// Closest points of two poly-lines near the given bars, walking along both.
+struct PolylinePair {
+  double fraction_a = 0, fraction_b = 0;
+  Vec3 separation;  ///< from b to a
+  double distance2 = 0;
+};
+PolylinePair walk_to_pair(const Model& model, const FiberGeometry& geometry, std::uint32_t& segment_a, std::uint32_t& segment_b,
+                          std::int32_t& image);
+
+}  // namespace weave

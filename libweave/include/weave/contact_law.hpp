@@ -1,0 +1,62 @@
+#pragma once
+#include <cmath>
+#include <numbers>
+
+namespace weave {
+
+/// Normal law of a pair of digital fibers. Line contact, per length of fiber (Yang 2015, eq. 3-5, unequal radii by the harmonic means of
+/// radius and modulus): f = 4 E_T sqrt(R delta^3) / (3 l_c), with l_c the distance of the axes and delta = D - l_c, D = R1 + R2.
+/// Crossing contact: the same law integrated along a fiber that crosses the other at a right angle, with the gap of two cylinders near
+/// their crossing, delta(s) = delta - s^2 / (2 D):  f = (pi/2) E_T sqrt(2 R D) delta^2 / l_c.
+struct PairLaw {
+  double reach = 0;     ///< D = R1 + R2 [m]
+  double line = 0;      ///< 4 E_T sqrt(R) / 3 [N m^-3/2]
+  double crossing = 0;  ///< (pi/2) E_T sqrt(2 R D) [N/m]
+
+  static PairLaw of(double radius_a, double radius_b, double modulus_a, double modulus_b) {
+    const double r = 2 * radius_a * radius_b / (radius_a + radius_b);
+    const double e = 2 / (1 / modulus_a + 1 / modulus_b);
+    const double d = radius_a + radius_b;
+    return {d, 4 * e * std::sqrt(r) / 3, std::numbers::pi / 2 * e * std::sqrt(2 * r * d)};
+  }
+
+  [[nodiscard]] double line_force(double overlap) const { return line * overlap * std::sqrt(overlap) / (reach - overlap); }  ///< [N/m]
+  /// k_n = E_T A_c / (l_c l_e) of eq. (4), the slope of the force at fixed l_c [N/m^2].
+  [[nodiscard]] double line_stiffness(double overlap) const { return 1.5 * line * std::sqrt(overlap) / (reach - overlap); }
+  /// Integral of line_force from 0 to `overlap` [J/m], in closed form with u = sqrt(delta).
+  [[nodiscard]] double line_energy(double overlap) const {
+    const double u = std::sqrt(overlap), root = std::sqrt(reach);
+    if (overlap < 1e-4 * reach) return line * overlap * overlap * u / reach * (0.4 + 2.0 / 7.0 * overlap / reach);
+    return line * (2 * reach * (root * std::atanh(u / root) - u) - 2.0 / 3.0 * overlap * u);
+  }
+  [[nodiscard]] double crossing_force(double overlap) const { return crossing * overlap * overlap / (reach - overlap); }    ///< [N]
+  [[nodiscard]] double crossing_stiffness(double overlap) const { return 2 * crossing * overlap / (reach - overlap); }      ///< [N/m]
+  /// Integral of crossing_force from 0 to `overlap` [J].
+  [[nodiscard]] double crossing_energy(double overlap) const {
+    const double q = overlap / reach;
+    if (q < 1e-3) return crossing * overlap * overlap * q * (1.0 / 3 + q / 4 + q * q / 5);
+    return -crossing * reach * reach * (std::log1p(-q) + q + q * q / 2);
+  }
+};
+
+/// Share of the line contact at squared sine `sine2` of the angle between the fibers: 1 for nearly parallel, 0 for crossing fibers, a
+/// smooth step between (angle-based blending as in Meier, Wall & Popp 2017, with our own bounds).
+struct AngleBlend {
+  static constexpr double lower = 0.12, upper = 0.35;
+  double line, line_slope;          ///< share and its derivative by sine2
+  double crossing, crossing_slope;  ///< (1 - share)/sine and its derivative: the length of the touching zone grows with 1/sine
+
+  static AngleBlend at(double sine2) {
+    if (sine2 <= lower) return {1, 0, 0, 0};
+    double w = 0, dw = 0;
+    if (sine2 < upper) {
+      const double u = (sine2 - lower) / (upper - lower);
+      w = 1 - u * u * (3 - 2 * u);
+      dw = -6 * u * (1 - u) / (upper - lower);
+    }
+    const double inverse_sine = 1 / std::sqrt(sine2);
+    return {w, dw, (1 - w) * inverse_sine, (-dw - 0.5 * (1 - w) / sine2) * inverse_sine};
+  }
+};
+
+}  // namespace weave

@@ -1,0 +1,128 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "weave/contact.hpp"
+#include "weave/model.hpp"
+#include "weave/neighbor_search.hpp"
+
+namespace weave {
+
+/// What the loom prescribes during one step.
+struct Drive {
+  Vec3 held_velocity = Vec3::Zero();  ///< of the warps' held ends [m/s]
+  Vec3 reed_velocity = Vec3::Zero();  ///< [m/s]
+  std::vector<double> guide_z;        ///< per fiber, at the step's start [m]
+  std::vector<double> guide_speed;    ///< per fiber, during the step [m/s]
+};
+
+/// Energy that has flowed since the start [J].
+struct Flows {
+  double slip = 0, damping = 0;                            ///< lost
+  double tension = 0, reed = 0, heddle = 0, take_up = 0;   ///< work put in
+  Flows& operator+=(const Flows& o);
+};
+
+/// Energy ledger at one time [J].
+struct Ledger {
+  double kinetic = 0, axial_implicit = 0, bars = 0, bending = 0, contact = 0, friction_store = 0, heddle = 0;
+  Flows flows;
+  [[nodiscard]] double stored() const { return kinetic + axial_implicit + bars + bending + contact + friction_store + heddle; }
+  [[nodiscard]] double put_in() const { return flows.tension + flows.reed + flows.heddle + flows.take_up; }
+  /// stored + lost - put in; constant in exact arithmetic and time between two edits of the topology.
+  [[nodiscard]] double balance() const { return stored() + flows.slip + flows.damping - put_in(); }
+};
+
+enum class StepStatus { ok, non_finite, overlap_too_deep };
+
+/// What happened in a step.
+struct StepReport {
+  StepStatus status = StepStatus::ok;
+  std::string message;          ///< of a failure: node, yarns, place, step
+  double overlap_max = 0;       ///< largest overlap in sums of two radii
+  Vec3 reed_force = Vec3::Zero();  ///< of the fibers on the reed bars [N]
+};
+
+struct EngineOptions {
+  double skin = 0;             ///< of the neighbor list [m]
+  double safety = 0.8;         ///< fraction of the stability limit taken as time step
+  double time_step = 0;        ///< [s]; 0: from the stability limit
+  double time_step_max = 1;    ///< [s]
+  double overlap_limit = 0.6;  ///< deepest overlap in sums of two radii before the run is stopped
+  double active_x_max = std::numeric_limits<double>::infinity();  ///< nodes beyond it touch nothing [m]
+};
+
+/// Moving part of a simulation: everything that a checkpoint has to hold, beside the model.
+struct State {
+  double time = 0;         ///< [s]
+  std::int64_t step = 0;
+  double dt = 0;           ///< [s]
+  std::vector<Vec3> x;     ///< (nodes) [m]
+  std::vector<Vec3> v;     ///< (nodes), half a step behind x [m/s]
+  std::vector<Vec3> x_build;  ///< x at the last neighbor search [m]
+  ContactList contacts;
+  Flows flows;
+  std::int64_t searches = 0, late_searches = 0;
+  int calm_steps = 0;      ///< steps since the time step was near its limit
+};
+
+/// Wall time by stage since the start [s].
+struct StageTimes {
+  double search = 0, contact = 0, integrate = 0;
+};
+
+/// Explicit dynamics of digital fibers with contact and friction; leapfrog, axial terms implicit fiber by fiber (IMEX: Stern & Grinspun
+/// 2009 with the weight of numerics' choice). One step: contact forces, reactions, bars, loads, axial solve, move.
+class Engine {
+ public:
+  Engine(Model model, State state, const EngineOptions& options);
+
+  /// Advances by one time step. With `ledger`, fills it with the energies at the step's start.
+  StepReport step(const Drive& drive, Ledger* ledger = nullptr);
+
+  [[nodiscard]] const Model& model() const { return model_; }
+  [[nodiscard]] const State& state() const { return state_; }
+  [[nodiscard]] const std::vector<double>& tension() const { return tension_; }  ///< per bar, at its first node [N]
+  [[nodiscard]] const std::vector<Vec3>& force() const { return force_; }
+  [[nodiscard]] const StageTimes& stage_times() const { return times_; }
+  [[nodiscard]] FiberGeometry geometry() const;
+  /// Stability limit of the time step as of the last step [s].
+  [[nodiscard]] double step_limit() const { return step_limit_; }
+  /// Takes model and state out for an edit of the topology; the engine is left empty.
+  std::pair<Model, State> release() &&;
+  void set_times(const StageTimes& times) { times_ = times; }
+
+ private:
+  struct alignas(64) PerFiber {
+    ContactSums contact;
+    Flows flows;
+    Ledger stored;
+    double frequency2 = 0;      ///< largest stiffness / mass of a node [1/s^2]
+    double moved2 = 0;          ///< largest squared distance from x_build
+    double speed2 = 0;
+    bool finite = true;
+  };
+  void refresh_geometry(std::uint32_t fiber);
+  void move_fiber(std::uint32_t fiber, const Drive& drive, bool with_energy);
+  void add_bar_forces(std::uint32_t fiber, bool with_energy);
+  void add_guide_forces(std::uint32_t fiber, const Drive& drive, bool with_energy);
+  [[nodiscard]] double axial_damping(const FiberType& type) const;
+  void search();
+  void choose_time_step(double frequency2);
+  [[nodiscard]] std::string describe_failure(StepStatus status) const;
+
+  Model model_;
+  State state_;
+  EngineOptions options_;
+  NeighborSearch neighbor_search_;
+  StageTimes times_;
+  double step_limit_ = 0;
+  std::vector<Vec3> bar_tangent_, node_tangent_, force_, velocity_change_;
+  std::vector<double> bar_length_, node_chord_, stiffness_, tension_;
+  std::vector<double> axial_, diagonal_, upper_, multiplier_, corner_;  ///< of the axial solve
+  std::vector<PerFiber> per_fiber_;
+};
+
+}  // namespace weave

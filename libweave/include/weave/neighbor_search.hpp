@@ -1,0 +1,35 @@
+#pragma once
+#include "weave/contact.hpp"
+
+namespace weave {
+
+/// Fills the touched side of a list (targets and room for the reactions) from its contacts.
+void index_targets(const Model& model, ContactList& contacts);
+
+/// Finds all contacts that can come about while no node moves by more than skin/2 (cell grid, periodic in y), and keeps the friction of those
+/// that stood in the old list. Bits do not depend on the number of threads.
+/// active_x_max: nodes beyond it (the stored warp) touch nothing [m].
+class NeighborSearch {
+ public:
+  void build(const Model& model, const FiberGeometry& geometry, double skin, double active_x_max, ContactList& contacts);
+
+ private:
+  struct Bin {
+    std::vector<std::uint32_t> start, segment;
+    std::vector<std::int32_t> wrap;  ///< periods by which the bar's middle was shifted into the cell
+    Vec3 origin = Vec3::Zero(), size = Vec3::Ones();
+    int nx = 0, ny = 0, nz = 0;
+  };
+  struct PerFiber {
+    std::vector<LineContact> line;
+    std::vector<CrossingContact> crossing;
+  };
+  void bin_segments(const Model& model, const FiberGeometry& geometry, double reach, double active_x_max);
+  void search_fiber(const Model& model, const FiberGeometry& geometry, std::uint32_t fiber, double skin, double active_x_max,
+                    const ContactList& old, PerFiber& found) const;
+  Bin bins_;
+  double bar_max_ = 0, reach_max_ = 0;
+  std::vector<PerFiber> found_;
+};
+
+}  // namespace weave

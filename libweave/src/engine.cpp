@@ -1,0 +1,436 @@
+#include "weave/engine.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace weave {
+namespace {
+
+/// Weight of the implicit axial terms: 1/4 is the variational scheme of Stern & Grinspun (2009) with its stiffest modes at the edge of the
+/// sampling; 1/2 keeps them a quarter turn inside it.
+constexpr double implicit_weight = 0.5;
+/// A search falls due a little before half the skin is used up, so that none is late.
+constexpr double search_due = 0.45;
+constexpr double step_growth = 1.05;
+constexpr int calm_steps_to_grow = 50;
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace
+
+Flows& Flows::operator+=(const Flows& o) {
+  slip += o.slip;
+  damping += o.damping;
+  tension += o.tension;
+  reed += o.reed;
+  heddle += o.heddle;
+  take_up += o.take_up;
+  return *this;
+}
+
+Engine::Engine(Model model, State state, const EngineOptions& options)
+    : model_(std::move(model)), state_(std::move(state)), options_(options) {
+  const std::size_t n = model_.nodes();
+  bar_tangent_.assign(n, Vec3::Zero());
+  node_tangent_.assign(n, Vec3::UnitX());
+  force_.assign(n, Vec3::Zero());
+  velocity_change_.assign(n, Vec3::Zero());
+  for (auto* a : {&bar_length_, &node_chord_, &stiffness_, &tension_, &axial_, &diagonal_, &upper_, &multiplier_, &corner_}) a->assign(n, 0);
+  per_fiber_.resize(model_.fibers());
+  for (std::uint32_t f = 0; f < model_.fibers(); ++f) refresh_geometry(f);
+  const bool fresh = state_.x_build.size() != n;
+  if (fresh) {
+    search();
+  } else {
+    index_targets(model_, state_.contacts);
+  }
+}
+
+std::pair<Model, State> Engine::release() && { return {std::move(model_), std::move(state_)}; }
+
+FiberGeometry Engine::geometry() const {
+  return {state_.x, state_.v, bar_tangent_, bar_length_, node_tangent_, node_chord_};
+}
+
+void Engine::refresh_geometry(std::uint32_t f) {
+  const std::uint32_t begin = model_.first[f], last = model_.last(f);
+  auto& x = state_.x;
+  if (model_.periodic[f]) {
+    x[last] = x[begin] + Vec3(0, model_.period_y, 0);
+    state_.v[last] = state_.v[begin];
+  }
+  for (std::uint32_t s = begin; s < last; ++s) {
+    const Vec3 r = x[s + 1] - x[s];
+    bar_length_[s] = r.norm();
+    bar_tangent_[s] = r / bar_length_[s];
+  }
+  const auto set = [&](std::uint32_t p, const Vec3& chord) {
+    node_chord_[p] = chord.norm();
+    node_tangent_[p] = chord / node_chord_[p];
+  };
+  for (std::uint32_t p = begin + 1; p < last; ++p) set(p, x[p + 1] - x[p - 1]);
+  if (model_.periodic[f]) {
+    set(begin, x[begin + 1] - x[last - 1] + Vec3(0, model_.period_y, 0));
+    node_tangent_[last] = node_tangent_[begin];
+    node_chord_[last] = node_chord_[begin];
+  } else if (last > begin) {
+    set(begin, x[begin + 1] - x[begin]);
+    set(last, x[last] - x[last - 1]);
+  }
+}
+
+void Engine::search() {
+  const auto start = std::chrono::steady_clock::now();
+  neighbor_search_.build(model_, geometry(), options_.skin, options_.active_x_max, state_.contacts);
+  state_.x_build = state_.x;
+  ++state_.searches;
+  times_.search += seconds_since(start);
+}
+
+/// Dashpot of a bar, a fraction of the critical one between two node masses; it does not depend on the bar's length [N s/m].
+double Engine::axial_damping(const FiberType& type) const {
+  return model_.axial_damping * type.area * std::sqrt(2 * type.youngs_modulus * type.density);
+}
+
+void Engine::add_bar_forces(std::uint32_t f, bool with_energy) {
+  const FiberType& type = model_.type_of(f);
+  const std::uint32_t begin = model_.first[f], last = model_.last(f);
+  PerFiber& sums = per_fiber_[f];
+  const double ea = type.youngs_modulus * type.area;
+  const double dt = state_.dt;
+  for (std::uint32_t s = begin; s < last; ++s) {
+    const double rest = model_.rest_length[s];
+    const double stretch = bar_length_[s] - rest;
+    const double k = ea / rest * (stretch < 0 ? type.compression_factor : 1);
+    const double c = axial_damping(type);
+    const double pull = k * stretch;
+    const double rate = (state_.v[s + 1] - state_.v[s]).dot(bar_tangent_[s]);
+    tension_[s] = pull;
+    // Always the taut stiffness: an added inertia that came and went with the sign of the stretch would make energy.
+    axial_[s] = (model_.implicit_axial ? implicit_weight * dt * dt * ea / rest : 0) + dt * c;
+    const Vec3 on_first = (pull + c * rate) * bar_tangent_[s];
+    force_[s] += on_first;
+    force_[s + 1] -= on_first;
+    // Sideways a taut bar is a string; along it an explicit bar is a spring.
+    const double stiffness = 2 * std::max(pull, 0.0) / rest + (model_.implicit_axial ? 0 : k);
+    stiffness_[s] += stiffness;
+    stiffness_[s + 1] += stiffness;
+    if (with_energy) sums.stored.bars += 0.5 * pull * stretch;
+  }
+  if (type.bending_stiffness <= 0) return;
+  // U = EI/(2 l) |t2 - t1|^2 at every inner node.
+  const bool closed = model_.periodic[f];
+  for (std::uint32_t p = begin + (closed ? 0 : 1); p < last; ++p) {
+    const std::uint32_t before = p == begin ? last - 1 : p - 1;
+    const Vec3& t1 = bar_tangent_[before];
+    const Vec3& t2 = bar_tangent_[p];
+    const double b = type.bending_stiffness / (0.5 * (model_.rest_length[before] + model_.rest_length[p]));
+    const double cosine = t1.dot(t2);
+    const Vec3 g1 = -b / bar_length_[before] * (t2 - cosine * t1);  // dU/d(end of bar 1)
+    const Vec3 g2 = -b / bar_length_[p] * (t1 - cosine * t2);       // dU/d(end of bar 2)
+    force_[before] += g1;
+    force_[before + 1] -= g1;
+    force_[p] += g2;
+    force_[p + 1] -= g2;
+    const double stiffness = 4 * b / (bar_length_[p] * bar_length_[p]);
+    for (const std::uint32_t q : {before, p, p + 1}) stiffness_[q] += stiffness;
+    if (with_energy) sums.stored.bending += b * (1 - cosine);
+  }
+}
+
+void Engine::add_guide_forces(std::uint32_t f, const Drive& drive, bool with_energy) {
+  const double k = model_.guide_stiffness[f];
+  if (k <= 0) return;
+  PerFiber& sums = per_fiber_[f];
+  const double z = drive.guide_z[f], speed = drive.guide_speed[f], dt = state_.dt;
+  for (std::uint32_t p = model_.last(f); p > model_.first[f]; --p) {
+    const Vec3& x = state_.x[p];
+    const double behind = (x.x() - model_.guide_x) / model_.guide_ramp;
+    if (behind <= 0) break;
+    const double u = std::min(behind, 1.0);
+    const double share = u * u * (3 - 2 * u);
+    const double slope = 6 * u * (1 - u) / model_.guide_ramp;
+    const double dy = x.y() - model_.guide_y[f], dz = x.z() - z;
+    const double energy = 0.5 * k * (dy * dy + dz * dz);
+    force_[p] -= Vec3(slope * energy, share * k * dy, share * k * dz);
+    stiffness_[p] += share * k;
+    sums.flows.heddle -= share * k * dz * speed * dt;
+    if (with_energy) {
+      sums.stored.heddle += share * energy;
+      sums.stored.flows.heddle -= 0.5 * share * k * dz * speed * dt;
+    }
+  }
+}
+
+void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
+  PerFiber& sums = per_fiber_[f];
+  const double slip = sums.flows.slip;
+  sums.stored = {};
+  sums.frequency2 = sums.moved2 = sums.speed2 = 0;
+  sums.finite = true;
+  const std::uint32_t begin = model_.first[f], last = model_.last(f), end = begin + model_.own_nodes(f);
+  const bool closed = model_.periodic[f];
+  const double dt = state_.dt;
+  gather_reactions(state_.contacts, f, force_, stiffness_);
+
+  if (model_.role[f] == Role::reed) {
+    for (std::uint32_t p = begin; p < end; ++p) {
+      sums.flows.reed -= force_[p].dot(drive.reed_velocity) * dt;
+      if (with_energy) sums.stored.flows.reed -= 0.5 * force_[p].dot(drive.reed_velocity) * dt;
+      state_.v[p] = drive.reed_velocity;
+      state_.x[p] += dt * drive.reed_velocity;
+      sums.moved2 = std::max(sums.moved2, (state_.x[p] - state_.x_build[p]).squaredNorm());
+    }
+    sums.speed2 = drive.reed_velocity.squaredNorm();
+    refresh_geometry(f);
+    return;
+  }
+
+  add_bar_forces(f, with_energy);
+  if (model_.end_force[f] != 0) force_[last].x() += model_.end_force[f];
+  add_guide_forces(f, drive, with_energy);
+  if (closed) {
+    force_[begin] += force_[last];
+    stiffness_[begin] += stiffness_[last];
+  }
+
+  // Change of velocity without the implicit terms.
+  auto& w = velocity_change_;
+  for (std::uint32_t p = begin; p < end; ++p) {
+    if (model_.inverse_mass[p] == 0) {
+      w[p] = drive.held_velocity - state_.v[p];
+      continue;
+    }
+    force_[p] -= model_.damping * model_.mass[p] * state_.v[p];
+    w[p] = dt * model_.inverse_mass[p] * force_[p];
+    sums.frequency2 = std::max(sums.frequency2, 2 * stiffness_[p] * model_.inverse_mass[p]);
+  }
+  if (closed) w[last] = w[begin];
+
+  // (1/S + J M^-1 J^T) lambda = J w, one unknown a bar; then dv = w - M^-1 J^T lambda. S holds the implicit stiffness and damping.
+  const std::uint32_t bars = last - begin;
+  const auto inverse_mass = [&](std::uint32_t p) { return model_.inverse_mass[p == last && closed ? begin : p]; };
+  bool any_implicit = false;
+  for (std::uint32_t s = begin; s < last; ++s) any_implicit = any_implicit || axial_[s] > 0;
+  if (any_implicit) {
+    for (std::uint32_t s = begin; s < last; ++s) {
+      diagonal_[s] = 1 / std::max(axial_[s], 1e-300) + inverse_mass(s) + inverse_mass(s + 1);
+      multiplier_[s] = bar_tangent_[s].dot(w[s + 1] - w[s]);
+      upper_[s] = s + 1 < last ? -bar_tangent_[s].dot(bar_tangent_[s + 1]) * inverse_mass(s + 1) : 0;
+    }
+    const double seam = closed && bars > 2 ? -bar_tangent_[last - 1].dot(bar_tangent_[begin]) * inverse_mass(begin) : 0;
+    const double gamma = -diagonal_[begin];  // Sherman-Morrison for the closed chain
+    if (seam != 0) {
+      for (std::uint32_t s = begin; s < last; ++s) corner_[s] = 0;
+      corner_[begin] = gamma;
+      corner_[last - 1] = seam;
+      diagonal_[begin] -= gamma;
+      diagonal_[last - 1] -= seam * seam / gamma;
+    }
+    for (std::uint32_t s = begin + 1; s < last; ++s) {
+      const double factor = upper_[s - 1] / diagonal_[s - 1];
+      diagonal_[s] -= factor * upper_[s - 1];
+      multiplier_[s] -= factor * multiplier_[s - 1];
+      if (seam != 0) corner_[s] -= factor * corner_[s - 1];
+    }
+    for (std::uint32_t s = last; s-- > begin;) {
+      const bool end_bar = s + 1 == last;
+      multiplier_[s] = (multiplier_[s] - (end_bar ? 0 : upper_[s] * multiplier_[s + 1])) / diagonal_[s];
+      if (seam != 0) corner_[s] = (corner_[s] - (end_bar ? 0 : upper_[s] * corner_[s + 1])) / diagonal_[s];
+    }
+    if (seam != 0) {
+      const double ratio = seam / gamma;
+      const double scale = (multiplier_[begin] + ratio * multiplier_[last - 1]) / (1 + corner_[begin] + ratio * corner_[last - 1]);
+      for (std::uint32_t s = begin; s < last; ++s) multiplier_[s] -= scale * corner_[s];
+    }
+    for (std::uint32_t s = begin; s < last; ++s) {
+      const Vec3 impulse = multiplier_[s] * bar_tangent_[s];
+      const std::uint32_t second = s + 1 == last && closed ? begin : s + 1;
+      w[s] += model_.inverse_mass[s] * impulse;
+      w[second] -= model_.inverse_mass[second] * impulse;
+    }
+    if (closed) w[last] = w[begin];
+  }
+
+  // Ledger of the bars' damping and of what the implicit terms store, at the middle of the velocity's change.
+  const FiberType& type = model_.type_of(f);
+  for (std::uint32_t s = begin; s < last; ++s) {
+    const double c = axial_damping(type);
+    const double before = (state_.v[s + 1] - state_.v[s]).dot(bar_tangent_[s]);
+    const double after = before + (w[s + 1] - w[s]).dot(bar_tangent_[s]);
+    const double lost = dt * c * after * 0.5 * (before + after);
+    sums.flows.damping += lost;
+    if (with_energy) {
+      sums.stored.flows.damping += 0.5 * lost;
+      sums.stored.axial_implicit += 0.25 * (axial_[s] - dt * c) * (before * before + after * after);
+    }
+  }
+
+  for (std::uint32_t p = begin; p < end; ++p) {
+    const Vec3 before = state_.v[p];
+    const Vec3 after = before + w[p];
+    const Vec3 middle = 0.5 * (before + after);
+    const double m = model_.mass[p];
+    if (model_.inverse_mass[p] == 0) {
+      // Force that the holder applies, from the balance of the node: -(all others), the implicit part included.
+      Vec3 others = force_[p];
+      if (p < last) others += multiplier_[p] / dt * bar_tangent_[p];
+      if (p > begin) others -= multiplier_[p - 1] / dt * bar_tangent_[p - 1];
+      const double work = (m * w[p] / dt - others).dot(middle) * dt;
+      sums.flows.take_up += work;
+      if (with_energy) sums.stored.flows.take_up += 0.5 * work;
+    }
+    if (model_.inverse_mass[p] != 0) {
+      const double lost = model_.damping * m * before.dot(middle) * dt;
+      sums.flows.damping += lost;
+      if (with_energy) sums.stored.flows.damping += 0.5 * lost;
+    }
+    if (with_energy) sums.stored.kinetic += 0.25 * m * (before.squaredNorm() + after.squaredNorm());
+    if (p == last && model_.end_force[f] != 0) {
+      const double work = model_.end_force[f] * middle.x() * dt;
+      sums.flows.tension += work;
+      if (with_energy) sums.stored.flows.tension += 0.5 * work;
+    }
+    state_.v[p] = after;
+    state_.x[p] += dt * after;
+    const double moved2 = (state_.x[p] - state_.x_build[p]).squaredNorm();
+    if (!(moved2 < 1e12)) sums.finite = false;
+    if (state_.x[p].x() <= options_.active_x_max) sums.moved2 = std::max(sums.moved2, moved2);
+    sums.speed2 = std::max(sums.speed2, after.squaredNorm());
+  }
+  sums.flows.slip = slip + sums.contact.slip_loss;
+  refresh_geometry(f);
+}
+
+StepReport Engine::step(const Drive& drive, Ledger* ledger) {
+  const bool with_energy = ledger != nullptr;
+  const auto fibers = static_cast<std::uint32_t>(model_.fibers());
+  if (state_.dt <= 0) {
+    // Forces once without moving, to learn the stiffness.
+    const double limit = options_.time_step > 0 ? options_.time_step : 1e-12;
+    state_.dt = limit;
+  }
+  const FiberGeometry g = geometry();
+  const auto start = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point middle;
+#pragma omp parallel
+  {
+#pragma omp for schedule(dynamic, 1)
+    for (std::uint32_t f = 0; f < fibers; ++f) {
+      for (std::uint32_t p = model_.first[f]; p < model_.first[f + 1]; ++p) {
+        force_[p].setZero();
+        stiffness_[p] = 0;
+      }
+      per_fiber_[f].flows = {};
+      per_fiber_[f].contact = evaluate_contacts(model_, g, f, state_.dt, with_energy, state_.contacts, force_, stiffness_);
+    }
+#pragma omp single
+    middle = std::chrono::steady_clock::now();
+#pragma omp for schedule(dynamic, 1)
+    for (std::uint32_t f = 0; f < fibers; ++f) move_fiber(f, drive, with_energy);
+  }
+  const auto end = std::chrono::steady_clock::now();
+  times_.contact += std::chrono::duration<double>(middle - start).count();
+  times_.integrate += std::chrono::duration<double>(end - middle).count();
+
+  StepReport report;
+  if (with_energy) {
+    *ledger = {};
+    ledger->flows = state_.flows;
+  }
+  double frequency2 = 0, moved2 = 0, speed2 = 0;
+  bool finite = true;
+  for (std::uint32_t f = 0; f < fibers; ++f) {
+    const PerFiber& sums = per_fiber_[f];
+    state_.flows += sums.flows;
+    frequency2 = std::max(frequency2, sums.frequency2);
+    moved2 = std::max(moved2, sums.moved2);
+    speed2 = std::max(speed2, sums.speed2);
+    finite = finite && sums.finite;
+    report.overlap_max = std::max(report.overlap_max, sums.contact.overlap_max);
+    if (model_.role[f] == Role::reed) {
+      for (std::uint32_t p = model_.first[f]; p <= model_.last(f); ++p) report.reed_force += force_[p];
+    }
+    if (with_energy) {
+      ledger->kinetic += sums.stored.kinetic;
+      ledger->axial_implicit += sums.stored.axial_implicit;
+      ledger->bars += sums.stored.bars;
+      ledger->bending += sums.stored.bending;
+      ledger->heddle += sums.stored.heddle;
+      ledger->contact += sums.contact.energy;
+      ledger->friction_store += sums.contact.friction_store;
+      ledger->flows += sums.stored.flows;
+      ledger->flows.slip += sums.contact.slip_loss;
+    }
+  }
+  state_.time += state_.dt;
+  ++state_.step;
+  if (!finite || !std::isfinite(speed2)) {
+    report.status = StepStatus::non_finite;
+  } else if (report.overlap_max > options_.overlap_limit) {
+    report.status = StepStatus::overlap_too_deep;
+  }
+  if (report.status != StepStatus::ok) {
+    report.message = describe_failure(report.status);
+    return report;
+  }
+  choose_time_step(frequency2);
+  const double used = std::sqrt(moved2) / options_.skin;
+  if (used > search_due - std::sqrt(speed2) * state_.dt / options_.skin) {
+    if (used > 0.5) ++state_.late_searches;
+    search();
+  }
+  return report;
+}
+
+void Engine::choose_time_step(double frequency2) {
+  step_limit_ = frequency2 > 0 ? 2 / std::sqrt(frequency2) : options_.time_step_max;
+  if (options_.time_step > 0) {
+    state_.dt = options_.time_step;
+    return;
+  }
+  const double wanted = std::min(options_.safety * step_limit_, options_.time_step_max);
+  if (state_.dt > wanted || state_.step <= 1) {
+    state_.dt = wanted;
+    state_.calm_steps = 0;
+  } else if (wanted > step_growth * state_.dt && ++state_.calm_steps >= calm_steps_to_grow) {
+    state_.dt *= step_growth;
+    state_.calm_steps = 0;
+  }
+}
+
+std::string Engine::describe_failure(StepStatus status) const {
+  const auto yarn_name = [&](std::uint32_t f) {
+    if (model_.role[f] == Role::reed) return std::string("a reed bar");
+    return fmt::format("{} {}, fiber {}", model_.role[f] == Role::warp ? "warp yarn" : "weft yarn", model_.yarn[f], model_.place[f]);
+  };
+  for (std::uint32_t f = 0; f < model_.fibers(); ++f) {
+    const PerFiber& sums = per_fiber_[f];
+    if (status == StepStatus::non_finite && !(sums.finite && std::isfinite(sums.speed2))) {
+      for (std::uint32_t p = model_.first[f]; p < model_.first[f + 1]; ++p) {
+        if (!state_.x[p].allFinite() || !state_.v[p].allFinite() || state_.v[p].norm() > 1e6) {
+          return fmt::format("step {}, time {:.6g} s: the motion is no longer finite at node {} of {}", state_.step, state_.time,
+                             p - model_.first[f], yarn_name(f));
+        }
+      }
+      return fmt::format("step {}, time {:.6g} s: the motion runs away in {}", state_.step, state_.time, yarn_name(f));
+    }
+    if (status == StepStatus::overlap_too_deep && sums.contact.overlap_max > options_.overlap_limit) {
+      const std::uint32_t p = sums.contact.node_max;
+      const Vec3& x = state_.x[p];
+      return fmt::format(
+          "step {}, time {:.6g} s: {} is being pushed through {} at x = {:.4g} mm, y = {:.4g} mm, z = {:.4g} mm (overlap {:.2f} of the "
+          "distance at touch, limit {:.2f})",
+          state_.step, state_.time, yarn_name(f), yarn_name(model_.fiber_of[sums.contact.segment_max]), 1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z(),
+          sums.contact.overlap_max, options_.overlap_limit);
+    }
+  }
+  return "unknown failure";
+}
+
+}  // namespace weave
