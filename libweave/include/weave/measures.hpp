@@ -1,0 +1,26 @@
+#pragma once
+#include "weave/snapshot.hpp"
+
+namespace weave {
+
+/// Geometry of a cloth cell (definitions used everywhere).
+struct CellMeasures {
+  double thickness = 0;              ///< highest minus lowest fiber surface [m]
+  double thickness_mean = 0;         ///< distance between the mean upper and the mean lower envelope [m]
+  double fiber_volume = 0;           ///< solid [m^3]
+  double fiber_volume_fraction = 0;  ///< fiber_volume / (cell area x thickness)
+  double fiber_volume_fraction_mean = 0;  ///< the same with thickness_mean
+  double crimp_warp = 0, crimp_weft = 0;  ///< length / cell length - 1, mean over fibers
+  double stress_max = 0;             ///< largest fiber stress [Pa]
+  double stress_mean_warp = 0, stress_mean_weft = 0;  ///< [Pa]
+};
+CellMeasures measure_cell(const Snapshot& cell);
+
+/// Difference of two successive unit cells in fiber diameters: distance between the same fibers at the same share of their length, each
+/// cell seen from its own face, mean and largest. Both cells must have the same fibers in the same order (std::invalid_argument).
+struct Steadiness {
+  double mean = 0, largest = 0;
+};
+Steadiness steadiness(const Snapshot& before, const Snapshot& after);
+
+}  // namespace weave

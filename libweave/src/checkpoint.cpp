@@ -1,0 +1,166 @@
+#include "weave/checkpoint.hpp"
+
+#include <span>
+
+#include "hdf5_file.hpp"
+#include "history_file.hpp"
+
+namespace weave {
+namespace {
+
+void write_vectors(Hdf5File& file, const std::string& path, const std::vector<Vec3>& v) {
+  file.write_rows<double>(path, std::span<const double>(v.empty() ? nullptr : v.front().data(), 3 * v.size()), 3);
+}
+
+std::vector<Vec3> read_vectors(const Hdf5File& file, const std::string& path) {
+  const Hdf5Array<double> a = file.read_rows<double>(path);
+  std::vector<Vec3> v(a.rows);
+  for (std::size_t i = 0; i < a.rows; ++i) v[i] = Vec3(a.values[3 * i], a.values[3 * i + 1], a.values[3 * i + 2]);
+  return v;
+}
+
+template <class To, class From>
+std::vector<To> as(const std::vector<From>& v) {
+  std::vector<To> result;
+  result.reserve(v.size());
+  for (const From& e : v) result.push_back(static_cast<To>(e));
+  return result;
+}
+
+/// Visits each plain member of the model's fiber arrays with its name, for writing and reading alike.
+template <class M, class F>
+void each_double(M& m, F&& f) {
+  f("end_force", m.end_force);
+  f("guide_stiffness", m.guide_stiffness);
+  f("guide_y", m.guide_y);
+  f("rest_length", m.rest_length);
+  f("mass", m.mass);
+  f("inverse_mass", m.inverse_mass);
+}
+
+std::vector<double> scalars_of(const Model& m) {
+  std::vector<double> s = {m.period_y, m.friction, m.damping, m.axial_damping, double(m.implicit_axial), double(m.node_contact), m.guide_x,
+                           m.guide_ramp};
+  for (const FiberType& t : m.types) {
+    s.insert(s.end(), {t.radius, t.area, t.youngs_modulus, t.compression_factor, t.transverse_modulus, t.density, t.bending_stiffness});
+  }
+  return s;
+}
+
+void set_scalars(const std::vector<double>& s, Model& m) {
+  m.period_y = s[0];
+  m.friction = s[1];
+  m.damping = s[2];
+  m.axial_damping = s[3];
+  m.implicit_axial = s[4] != 0;
+  m.node_contact = s[5] != 0;
+  m.guide_x = s[6];
+  m.guide_ramp = s[7];
+  for (std::size_t i = 8; i + 6 < s.size(); i += 7) add_type(m, {s[i], s[i + 1], s[i + 2], s[i + 3], s[i + 4], s[i + 5], s[i + 6]});
+  finish_types(m);
+}
+
+}  // namespace
+
+void write_checkpoint(const std::filesystem::path& path, const Checkpoint& c) {
+  Hdf5File file = Hdf5File::create(path);
+  file.write_text("/case", c.case_toml);
+  file.write("/run/numbers", c.loom_numbers);
+  file.write("/run/counters", c.loom_counters);
+  const Model& m = c.model;
+  file.write("/model/scalars", scalars_of(m));
+  file.write("/model/first", m.first);
+  file.write("/model/role", as<std::uint8_t>(m.role));
+  file.write("/model/periodic", m.periodic);
+  file.write("/model/type", as<std::uint32_t>(m.type));
+  file.write("/model/yarn", as<std::int32_t>(m.yarn));
+  file.write("/model/place", as<std::int32_t>(m.place));
+  file.write("/model/fiber_of", m.fiber_of);
+  each_double(m, [&](const char* name, const std::vector<double>& v) { file.write(std::string("/model/") + name, v); });
+  const State& s = c.state;
+  const Flows& w = s.flows;
+  file.write("/state/scalars",
+             std::vector<double>{s.time, s.dt, w.slip, w.damping, w.tension, w.reed, w.heddle, w.take_up});
+  file.write("/state/counters", std::vector<std::int64_t>{s.step, s.searches, s.late_searches, s.calm_steps});
+  write_vectors(file, "/state/x", s.x);
+  write_vectors(file, "/state/v", s.v);
+  write_vectors(file, "/state/x_build", s.x_build);
+  std::vector<std::int64_t> places;
+  std::vector<double> springs;
+  for (const LineContact& k : s.contacts.line) {
+    places.insert(places.end(), {k.node, k.segment, k.image});
+    springs.insert(springs.end(), {k.friction, k.stiffness});
+  }
+  file.write("/contacts/line", places);
+  file.write("/contacts/line_spring", springs);
+  file.write("/contacts/line_of", s.contacts.line_of);
+  places.clear();
+  springs.clear();
+  for (const CrossingContact& k : s.contacts.crossing) {
+    places.insert(places.end(), {k.segment_a, k.segment_b, k.image});
+    springs.insert(springs.end(), {k.friction_a, k.friction_b, k.stiffness});
+  }
+  file.write("/contacts/crossing", places);
+  file.write("/contacts/crossing_spring", springs);
+  file.write("/contacts/crossing_of", s.contacts.crossing_of);
+  write_history(file, c.history);
+  file.commit();
+}
+
+Checkpoint read_checkpoint(const std::filesystem::path& path) {
+  const Hdf5File file = Hdf5File::open(path);
+  Checkpoint c;
+  c.case_toml = file.read_text("/case");
+  c.loom_numbers = file.read<double>("/run/numbers");
+  c.loom_counters = file.read<std::int64_t>("/run/counters");
+  Model& m = c.model;
+  set_scalars(file.read<double>("/model/scalars"), m);
+  m.first = file.read<std::uint32_t>("/model/first");
+  for (const std::uint8_t r : file.read<std::uint8_t>("/model/role")) m.role.push_back(static_cast<Role>(r));
+  m.periodic = file.read<std::uint8_t>("/model/periodic");
+  m.type = as<std::uint16_t>(file.read<std::uint32_t>("/model/type"));
+  m.yarn = as<int>(file.read<std::int32_t>("/model/yarn"));
+  m.place = as<int>(file.read<std::int32_t>("/model/place"));
+  m.fiber_of = file.read<std::uint32_t>("/model/fiber_of");
+  each_double(m, [&](const char* name, std::vector<double>& v) { v = file.read<double>(std::string("/model/") + name); });
+  State& s = c.state;
+  const std::vector<double> n = file.read<double>("/state/scalars");
+  s.time = n[0];
+  s.dt = n[1];
+  s.flows = {n[2], n[3], n[4], n[5], n[6], n[7]};
+  const std::vector<std::int64_t> k = file.read<std::int64_t>("/state/counters");
+  s.step = k[0];
+  s.searches = k[1];
+  s.late_searches = k[2];
+  s.calm_steps = static_cast<int>(k[3]);
+  s.x = read_vectors(file, "/state/x");
+  s.v = read_vectors(file, "/state/v");
+  s.x_build = read_vectors(file, "/state/x_build");
+  std::vector<std::int64_t> places = file.read<std::int64_t>("/contacts/line");
+  std::vector<double> springs = file.read<double>("/contacts/line_spring");
+  for (std::size_t i = 0; 3 * i < places.size(); ++i) {
+    LineContact& l = s.contacts.line.emplace_back();
+    l.node = static_cast<std::uint32_t>(places[3 * i]);
+    l.segment = static_cast<std::uint32_t>(places[3 * i + 1]);
+    l.image = static_cast<std::int32_t>(places[3 * i + 2]);
+    l.friction = springs[2 * i];
+    l.stiffness = springs[2 * i + 1];
+  }
+  s.contacts.line_of = file.read<std::uint32_t>("/contacts/line_of");
+  places = file.read<std::int64_t>("/contacts/crossing");
+  springs = file.read<double>("/contacts/crossing_spring");
+  for (std::size_t i = 0; 3 * i < places.size(); ++i) {
+    CrossingContact& l = s.contacts.crossing.emplace_back();
+    l.segment_a = static_cast<std::uint32_t>(places[3 * i]);
+    l.segment_b = static_cast<std::uint32_t>(places[3 * i + 1]);
+    l.image = static_cast<std::int32_t>(places[3 * i + 2]);
+    l.friction_a = springs[3 * i];
+    l.friction_b = springs[3 * i + 1];
+    l.stiffness = springs[3 * i + 2];
+  }
+  s.contacts.crossing_of = file.read<std::uint32_t>("/contacts/crossing_of");
+  c.history = read_history(file);
+  return c;
+}
+
+}  // namespace weave

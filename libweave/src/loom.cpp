@@ -1,0 +1,594 @@
+#include "weave/loom.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <stdexcept>
+
+#include "weave/fiber_path.hpp"
+
+namespace weave {
+namespace {
+
+constexpr double start_gap = 0.02;        ///< between fibers at the start [fiber diameters]
+constexpr double guide_per_string = 50;   ///< guide stiffness in units of the string stiffness T/l
+constexpr double rigid_factor = 1e3;      ///< transverse modulus of the reed's steel over the fibers'
+
+double element_length(const Case& c, const FiberType& type) { return c.numerics.element_length * 2 * type.radius; }
+
+int rings_of(int fibers) {
+  int k = 0;
+  while (1 + 3 * k * (k + 1) < fibers) ++k;
+  return k;
+}
+
+double share_of_stroke(double t, double time) {
+  const double u = time > 0 ? std::clamp(t / time, 0.0, 1.0) : (t >= 0 ? 1.0 : 0.0);
+  return u * u;
+}
+
+/// Nodes that stay when a chain is edited: for each new node its old number, or none.
+constexpr std::uint32_t none = 0xffffffffu;
+
+/// Builds the model anew from fiber specs, with velocities and contacts carried over from the old nodes.
+struct Rebuild {
+  std::vector<FiberSpec> fibers;
+  std::vector<std::vector<std::uint32_t>> old_node;  ///< per fiber, own nodes
+  std::vector<Vec3> speed_of_new;                    ///< per fiber, of nodes without an old number
+};
+
+FiberSpec spec_of(const Model& m, const State& s, std::uint32_t f) {
+  FiberSpec spec;
+  spec.role = m.role[f];
+  spec.periodic = m.periodic[f];
+  spec.type = m.type[f];
+  spec.yarn = m.yarn[f];
+  spec.place = m.place[f];
+  spec.end_force = m.end_force[f];
+  spec.guide_stiffness = m.guide_stiffness[f];
+  spec.guide_y = m.guide_y[f];
+  const std::uint32_t begin = m.first[f], own = m.own_nodes(f);
+  spec.x.assign(s.x.begin() + begin, s.x.begin() + begin + own);
+  spec.rest_length.assign(m.rest_length.begin() + begin, m.rest_length.begin() + begin + (spec.periodic ? own : own - 1));
+  spec.hold_all = spec.role == Role::reed;
+  spec.hold_first = spec.role == Role::warp;
+  return spec;
+}
+
+Rebuild take_apart(const Model& m, const State& s) {
+  Rebuild r;
+  for (std::uint32_t f = 0; f < m.fibers(); ++f) {
+    r.fibers.push_back(spec_of(m, s, f));
+    std::vector<std::uint32_t> old(m.own_nodes(f));
+    for (std::uint32_t i = 0; i < old.size(); ++i) old[i] = m.first[f] + i;
+    r.old_node.push_back(std::move(old));
+    r.speed_of_new.emplace_back(Vec3::Zero());
+  }
+  return r;
+}
+
+void put_together(const Rebuild& r, Model& m, State& s) {
+  Model next = m;
+  for (auto* a : {&next.end_force, &next.guide_stiffness, &next.guide_y, &next.rest_length, &next.mass, &next.inverse_mass}) a->clear();
+  next.first.clear();
+  next.role.clear();
+  next.periodic.clear();
+  next.type.clear();
+  next.yarn.clear();
+  next.place.clear();
+  next.fiber_of.clear();
+  std::vector<Vec3> x, v;
+  std::vector<std::uint32_t> new_node(m.nodes(), none);
+  std::vector<std::uint32_t> new_fiber(m.fibers(), none);
+  for (std::uint32_t f = 0; f < r.fibers.size(); ++f) {
+    add_fiber(next, r.fibers[f], x);
+    for (std::uint32_t i = 0; i < r.old_node[f].size(); ++i) {
+      const std::uint32_t old = r.old_node[f][i];
+      const std::uint32_t now = next.first[f] + i;
+      v.push_back(old == none ? r.speed_of_new[f] : s.v[old]);
+      if (next.inverse_mass[now] == 0 && next.role[f] != Role::reed) v.back().setZero();
+      if (old == none) continue;
+      new_node[old] = now;
+      new_fiber[m.fiber_of[old]] = f;
+    }
+    if (r.fibers[f].periodic) v.push_back(v[next.first[f]]);
+  }
+  // Contacts whose nodes all stay keep their friction; a bar is known by its first node.
+  ContactList contacts;
+  contacts.line_of.assign(next.fibers() + 1, 0);
+  contacts.crossing_of.assign(next.fibers() + 1, 0);
+  const ContactList& old = s.contacts;
+  std::vector<std::uint32_t> old_fiber(next.fibers(), none);
+  for (std::uint32_t f = 0; f < m.fibers(); ++f) {
+    if (new_fiber[f] != none) old_fiber[new_fiber[f]] = f;
+  }
+  const auto bar_stays = [&](std::uint32_t segment) {
+    return new_node[segment] != none && next.rest_length[new_node[segment]] > 0;
+  };
+  for (std::uint32_t f = 0; f < next.fibers(); ++f) {
+    if (const std::uint32_t o = old_fiber[f]; o != none) {
+      for (std::uint32_t i = old.line_of[o]; i < old.line_of[o + 1]; ++i) {
+        LineContact c = old.line[i];
+        if (new_node[c.node] == none || !bar_stays(c.segment)) continue;
+        c.node = new_node[c.node];
+        c.segment = new_node[c.segment];
+        contacts.line.push_back(c);
+      }
+      for (std::uint32_t i = old.crossing_of[o]; i < old.crossing_of[o + 1]; ++i) {
+        CrossingContact c = old.crossing[i];
+        if (!bar_stays(c.segment_a) || !bar_stays(c.segment_b)) continue;
+        c.segment_a = new_node[c.segment_a];
+        c.segment_b = new_node[c.segment_b];
+        contacts.crossing.push_back(c);
+      }
+    }
+    contacts.line_of[f + 1] = static_cast<std::uint32_t>(contacts.line.size());
+    contacts.crossing_of[f + 1] = static_cast<std::uint32_t>(contacts.crossing.size());
+  }
+  m = std::move(next);
+  s.x = std::move(x);
+  s.v = std::move(v);
+  s.x_build.clear();
+  s.contacts = std::move(contacts);
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector2d> bundle_section(int fibers, double radius, double gap) {
+  const double d = 2 * radius + gap;
+  const double row = d * std::numbers::sqrt3 / 2;
+  if (fibers == 1) return {{0, 0}};
+  if (fibers == 3) return {{0, 2 * row / 3}, {-d / 2, -row / 3}, {d / 2, -row / 3}};
+  if (fibers == 5) return {{0, 0}, {d, 0}, {-d, 0}, {0, d}, {0, -d}};
+  const int k = rings_of(fibers);
+  std::vector<Eigen::Vector2d> places;
+  for (int r = -k; r <= k; ++r) {
+    const int in_row = 2 * k + 1 - std::abs(r);
+    for (int i = 0; i < in_row; ++i) places.emplace_back((i - 0.5 * (in_row - 1)) * d, r * row);
+  }
+  std::stable_sort(places.begin(), places.end(), [](const auto& a, const auto& b) { return a.squaredNorm() < b.squaredNorm(); });
+  return places;
+}
+
+double bundle_height(int fibers, double radius) {
+  double high = 0, low = 0;
+  for (const auto& p : bundle_section(fibers, radius, 2 * start_gap * radius)) {
+    high = std::max(high, p.y());
+    low = std::min(low, p.y());
+  }
+  return high - low + 2 * radius;
+}
+
+double warp_fiber_offset(const Case& c, int fibers, double radius, int place) {
+  const double slope = 0.5 * c.loom.height / c.loom.length;
+  return bundle_section(fibers, radius, 2 * start_gap * radius)[static_cast<std::size_t>(place)].y() * std::sqrt(1 + slope * slope);
+}
+
+LoomLayout lay_out(const Case& c) {
+  LoomLayout layout;
+  std::set<std::string> used;
+  for (const WarpSection& s : c.sections) used.insert(s.yarn);
+  for (const std::string& y : c.weft.yarn_of_layer) used.insert(y);
+  layout.type_names.assign(used.begin(), used.end());
+  const auto type_index = [&](const std::string& name) {
+    return static_cast<int>(std::find(layout.type_names.begin(), layout.type_names.end(), name) - layout.type_names.begin());
+  };
+  layout.matrix = c.matrix();
+  double weft_height = 0;
+  for (const std::string& name : c.weft.yarn_of_layer) {
+    layout.weft_type.push_back(type_index(name));
+    const YarnType& y = c.yarns.at(name);
+    weft_height = std::max(weft_height, bundle_height(y.fibers, y.fiber_radius()));
+  }
+  for (const std::string& name : layout.type_names) {
+    layout.fiber_diameter = std::max(layout.fiber_diameter, 2 * c.yarns.at(name).fiber_radius());
+  }
+  for (int s = 0; s < static_cast<int>(c.sections.size()); ++s) {
+    const WarpSection& section = c.sections[s];
+    int in_dent = 0, place = 0;
+    for (int o = 0; o < static_cast<int>(c.sections.size()); ++o) {
+      if (c.sections[o].dent != section.dent) continue;
+      if (o == s) place = in_dent;
+      ++in_dent;
+    }
+    const YarnType& yarn = c.yarns.at(section.yarn);
+    const double pitch = bundle_height(yarn.fibers, yarn.fiber_radius()) * (1 + start_gap);
+    const auto warps = static_cast<int>(section.matrix.cols());
+    for (int w = 0; w < warps; ++w) {
+      WarpPlace p;
+      p.section = s;
+      p.type = type_index(section.yarn);
+      p.y = (section.dent + (place + 0.5) / in_dent) * c.loom.dent_width;
+      p.stack_z = (0.5 * (warps - 1) - w) * pitch;
+      p.tension = section.tension > 0 ? section.tension : c.loom.tension;
+      p.fibers = yarn.fibers;
+      layout.warps.push_back(p);
+    }
+  }
+  layout.start_length = std::max(c.take_up.length, 3 * weft_height);
+  layout.stored_length = 0.3 * c.loom.length + 4 * c.take_up.length + 10 * c.numerics.element_length * layout.fiber_diameter;
+  return layout;
+}
+
+double heddle_z(const Case& c, const WarpPlace& warp, int entry) { return warp.stack_z + 0.5 * entry * c.loom.height; }
+
+std::pair<Model, State> set_up_loom(const Case& c, const LoomLayout& layout) {
+  Model m;
+  State s;
+  m.period_y = c.cell_width();
+  m.friction = c.friction;
+  m.damping = c.numerics.damping;
+  m.axial_damping = c.numerics.axial_damping;
+  m.implicit_axial = c.numerics.integrator == "imex";
+  m.node_contact = c.numerics.contact == "node";
+  m.guide_x = c.loom.length;
+  double transverse = 0;
+  for (const std::string& name : layout.type_names) {
+    const YarnType& y = c.yarns.at(name);
+    add_type(m, {y.fiber_radius(), y.fiber_area(), y.youngs_modulus, y.compression_factor, y.transverse_modulus, y.density,
+                 y.bending_stiffness / y.fibers});
+    m.guide_ramp = std::max(m.guide_ramp, element_length(c, m.types.back()));
+    transverse = std::max(transverse, y.transverse_modulus);
+  }
+  const double bar_radius = c.loom.reed_bar_radius;
+  const std::uint16_t reed_type =
+      add_type(m, {bar_radius, std::numbers::pi * bar_radius * bar_radius, rigid_factor * transverse, 1, rigid_factor * transverse, 7800, 0});
+  finish_types(m);
+
+  if (c.beat_up.enabled) {
+    const double half_height = c.loom.height + layout.start_length + c.loom.length;
+    for (int k = 0; k < c.dents(); ++k) {
+      FiberSpec bar;
+      bar.role = Role::reed;
+      bar.type = reed_type;
+      bar.yarn = -1;
+      bar.place = k;
+      const double x = c.beat_up.travel + bar_radius;
+      bar.x = {Vec3(x, k * c.loom.dent_width, -half_height), Vec3(x, k * c.loom.dent_width, half_height)};
+      bar.rest_length = {2 * half_height};
+      bar.hold_all = true;
+      add_fiber(m, bar, s.x);
+    }
+  }
+  for (int w = 0; w < static_cast<int>(layout.warps.size()); ++w) {
+    const WarpPlace& warp = layout.warps[w];
+    const FiberType& type = m.types[warp.type];
+    const double length = element_length(c, type);
+    const double pull = warp.tension / warp.fibers;
+    const double stretched = length * (1 + pull / (type.youngs_modulus * type.area));
+    const double z_heddle = heddle_z(c, warp, layout.matrix(0, w));
+    const auto places = bundle_section(warp.fibers, type.radius, 2 * start_gap * type.radius);
+    for (int i = 0; i < warp.fibers; ++i) {
+      FiberSpec fiber;
+      fiber.type = static_cast<std::uint16_t>(warp.type);
+      fiber.yarn = w;
+      fiber.place = i;
+      fiber.hold_first = true;
+      fiber.end_force = pull;
+      fiber.guide_stiffness = guide_per_string * pull / length;
+      fiber.guide_y = warp.y + places[i].x();
+      const double offset = warp_fiber_offset(c, warp.fibers, type.radius, i);
+      const Vec3 held(-layout.start_length, fiber.guide_y, warp.stack_z + offset);
+      const Vec3 eye(c.loom.length, fiber.guide_y, z_heddle + offset);
+      const double free_length = (eye - held).norm();
+      const Vec3 along = (eye - held) / free_length;
+      const auto nodes = static_cast<int>(std::ceil((free_length + layout.stored_length) / stretched)) + 1;
+      for (int k = 0; k < nodes; ++k) {
+        const double arc = k * stretched;
+        fiber.x.push_back(arc <= free_length ? Vec3(held + arc * along) : Vec3(eye + Vec3(arc - free_length, 0, 0)));
+        if (k > 0) fiber.rest_length.push_back(length);
+      }
+      add_fiber(m, fiber, s.x);
+    }
+  }
+  s.v.assign(s.x.size(), Vec3::Zero());
+  return {std::move(m), std::move(s)};
+}
+
+bool takes_up_after(const Case& c, int pick_in_cell) {
+  return (pick_in_cell % c.layers + 1) % (c.layers / c.take_up.flags) == 0;
+}
+
+PickTimes pick_times(const Case& c, bool shed_changes, bool takes_up) {
+  PickTimes t;
+  const double stroke = c.beat_up.enabled ? 2 * c.beat_up.travel / c.beat_up.top_speed : 0;
+  const double shed = shed_changes ? c.shedding.time : 0;
+  t.beat_up = c.settle_time;
+  const double at_fell = t.beat_up + stroke + (c.beat_up.enabled ? c.beat_up.dwell : 0);
+  const double back = c.beat_up.enabled ? c.beat_up.return_time : 0;
+  if (shed_changes && c.beat_up.return_delay > 0) {
+    t.shedding = at_fell;
+    t.reed_return = at_fell + c.beat_up.return_delay * shed;
+    t.take_up = std::max(t.shedding + shed, t.reed_return + back) + c.settle_time;
+  } else {
+    t.reed_return = at_fell;
+    t.shedding = at_fell + back + c.settle_time;
+    t.take_up = t.shedding + shed + (shed_changes ? c.settle_time : 0);
+  }
+  t.end = t.take_up + (takes_up ? c.take_up.time + c.settle_time : 0);
+  return t;
+}
+
+double reed_position(const Case& c, const PickTimes& times, double t) {
+  const double stroke = 2 * c.beat_up.travel / c.beat_up.top_speed;
+  const double forward = share_of_stroke(t - times.beat_up, stroke);
+  const double back = share_of_stroke(t - times.reed_return, c.beat_up.return_time);
+  return c.loom.reed_bar_radius + c.beat_up.travel * (1 - forward + back);
+}
+
+double shed_progress(const Case& c, const PickTimes& times, double t) { return share_of_stroke(t - times.shedding, c.shedding.time); }
+
+double take_up_progress(const Case& c, const PickTimes& times, double t) { return share_of_stroke(t - times.take_up, c.take_up.time); }
+
+void insert_weft(const Case& c, const LoomLayout& layout, int pick, Model& m, State& s) {
+  const int row = pick % c.picks_per_cell();
+  const int layer = row % c.layers;
+  const std::string& yarn_name = c.weft.yarn_of_layer[layer];
+  const YarnType& yarn = c.yarns.at(yarn_name);
+  const int type_number = layout.weft_type[layer];
+  const FiberType& type = m.types[type_number];
+  const double x = c.insertion.distance;
+
+  double roof = 1e300, floor = -1e300;  // lowest surface of the raised warps, highest of the lowered ones, at the weft's place
+  for (std::uint32_t f = 0; f < m.fibers(); ++f) {
+    if (m.role[f] != Role::warp) continue;
+    const double r = m.type_of(f).radius;
+    const std::optional<Vec3> at = fiber_at_x(m, s.x, f, x);
+    if (!at) continue;
+    if (layout.matrix(row, m.yarn[f]) > 0) {
+      roof = std::min(roof, at->z() - r);
+    } else {
+      floor = std::max(floor, at->z() + r);
+    }
+  }
+  const double height = bundle_height(yarn.fibers, type.radius);
+  if (roof == 1e300) roof = floor + 2 * height;
+  if (floor == -1e300) floor = roof - 2 * height;
+  if (roof - floor < height) {
+    throw std::runtime_error(
+        fmt::format("pick {}: the shed is {:.4g} mm high at the weft's place, {:.4g} mm from the fell, but the weft yarn '{}' is {:.4g} mm high; "
+                    "raise loom.height or insertion.distance, or lengthen settle.time",
+                    pick + 1, 1e3 * (roof - floor), 1e3 * x, yarn_name, 1e3 * height));
+  }
+  const double z = 0.5 * (roof + floor);
+  const auto elements = std::max(6, static_cast<int>(std::lround(m.period_y / element_length(c, type))));
+  const double rest = m.period_y * c.weft.length_coefficient / elements;
+  const auto places = bundle_section(yarn.fibers, type.radius, 2 * start_gap * type.radius);
+
+  Rebuild r = take_apart(m, s);
+  for (int i = 0; i < yarn.fibers; ++i) {
+    FiberSpec fiber;
+    fiber.role = Role::weft;
+    fiber.periodic = true;
+    fiber.type = static_cast<std::uint16_t>(type_number);
+    fiber.yarn = static_cast<int>(layout.warps.size()) + pick;
+    fiber.place = i;
+    for (int k = 0; k < elements; ++k) {
+      fiber.x.emplace_back(x + places[i].x(), (k + 0.5) * m.period_y / elements, z + places[i].y());
+    }
+    fiber.rest_length.assign(elements, rest);
+    r.fibers.push_back(std::move(fiber));
+    r.old_node.emplace_back(elements, none);
+    r.speed_of_new.emplace_back(Vec3::Zero());
+  }
+  put_together(r, m, s);
+}
+
+std::size_t supply_warp(const Case& c, const LoomLayout& layout, Model& m, State& s) {
+  Rebuild r = take_apart(m, s);
+  std::size_t added = 0;
+  for (std::uint32_t f = 0; f < m.fibers(); ++f) {
+    FiberSpec& fiber = r.fibers[f];
+    if (fiber.role != Role::warp) continue;
+    const double left = fiber.x.back().x() - c.loom.length;
+    if (left > 0.5 * layout.stored_length) continue;
+    const FiberType& type = m.types[fiber.type];
+    const double rest = fiber.rest_length.back();
+    const double stretched = rest * (1 + fiber.end_force / (type.youngs_modulus * type.area));
+    r.speed_of_new[f] = Vec3(s.v[m.last(f)].x(), 0, 0);
+    const auto count = static_cast<int>(std::ceil((layout.stored_length - left) / stretched));
+    for (int k = 0; k < count; ++k) {
+      fiber.x.emplace_back(fiber.x.back() + Vec3(stretched, 0, 0));
+      fiber.rest_length.push_back(rest);
+      r.old_node[f].push_back(none);
+      ++added;
+    }
+  }
+  if (added > 0) put_together(r, m, s);
+  return added;
+}
+
+void cut_cloth(double plane, int first_kept_weft, Model& m, State& s) {
+  const Rebuild whole = take_apart(m, s);
+  Rebuild r;
+  for (std::uint32_t f = 0; f < m.fibers(); ++f) {
+    FiberSpec fiber = whole.fibers[f];
+    std::vector<std::uint32_t> old = whole.old_node[f];
+    if (fiber.role == Role::weft && fiber.yarn < first_kept_weft) continue;
+    if (fiber.role == Role::warp) {
+      std::size_t first = fiber.x.size() - 2;
+      while (first > 0 && fiber.x[first - 1].x() >= plane) --first;
+      const auto cut = static_cast<std::ptrdiff_t>(first);
+      fiber.x.erase(fiber.x.begin(), fiber.x.begin() + cut);
+      fiber.rest_length.erase(fiber.rest_length.begin(), fiber.rest_length.begin() + cut);
+      old.erase(old.begin(), old.begin() + cut);
+    }
+    r.fibers.push_back(std::move(fiber));
+    r.old_node.push_back(std::move(old));
+    r.speed_of_new.emplace_back(Vec3::Zero());
+  }
+  put_together(r, m, s);
+}
+
+std::optional<Vec3> weft_center(const Model& m, const State& s, int yarn) {
+  Vec3 sum = Vec3::Zero();
+  int count = 0;
+  for (std::uint32_t f = 0; f < m.fibers(); ++f) {
+    if (m.role[f] != Role::weft || m.yarn[f] != yarn) continue;
+    for (std::uint32_t p = m.first[f]; p < m.last(f); ++p) {
+      sum += s.x[p];
+      ++count;
+    }
+  }
+  if (count == 0) return std::nullopt;
+  return sum / count;
+}
+
+OrderCheck check_order(const Case& c, const LoomLayout& layout, const Model& m, const State& s) {
+  OrderCheck result;
+  const auto warps = static_cast<int>(layout.warps.size());
+  std::vector<std::vector<std::uint32_t>> fibers_of_warp(warps);
+  int weft_low = 1 << 30, weft_high = -1;
+  for (std::uint32_t f = 0; f < m.fibers(); ++f) {
+    if (m.role[f] == Role::warp) fibers_of_warp[m.yarn[f]].push_back(f);
+    if (m.role[f] == Role::weft) {
+      weft_low = std::min(weft_low, m.yarn[f]);
+      weft_high = std::max(weft_high, m.yarn[f]);
+    }
+  }
+  std::vector<std::vector<std::uint32_t>> fibers_of_weft(std::max(0, weft_high - weft_low + 1));
+  for (std::uint32_t f = 0; f < m.fibers(); ++f) {
+    if (m.role[f] == Role::weft) fibers_of_weft[m.yarn[f] - weft_low].push_back(f);
+  }
+  for (std::size_t k = 0; k < fibers_of_weft.size(); ++k) {
+    const int pick = weft_low + static_cast<int>(k) - warps;
+    for (int w = 0; w < warps; ++w) {
+      Vec3 weft = Vec3::Zero();
+      for (const std::uint32_t f : fibers_of_weft[k]) weft += periodic_fiber_at_y(m, s.x, f, layout.warps[w].y);
+      weft /= static_cast<double>(fibers_of_weft[k].size());
+      double z = 0;
+      int count = 0;
+      for (const std::uint32_t f : fibers_of_warp[w]) {
+        if (const auto at = fiber_at_x(m, s.x, f, weft.x())) {
+          z += at->z();
+          ++count;
+        }
+      }
+      if (count == 0) continue;
+      z /= count;
+      const int wanted = layout.matrix(pick % c.picks_per_cell(), w);
+      if ((z - weft.z()) * wanted > 0) continue;
+      if (result.violations++ == 0) {
+        result.first = fmt::format("warp {} lies {} weft {} at x = {:.4g} mm, y = {:.4g} mm, but the weaving matrix puts it {}", w + 1,
+                                   z > weft.z() ? "over" : "under", pick + 1, 1e3 * weft.x(), 1e3 * weft.y(), wanted > 0 ? "over" : "under");
+      }
+    }
+  }
+  return result;
+}
+
+namespace {
+
+/// Mean tension of the bars at a node.
+double node_tension(const Model& m, const std::vector<double>& bar_tension, std::uint32_t f, std::uint32_t p) {
+  const bool closed = m.periodic[f];
+  const std::uint32_t last = m.last(f);
+  const double after = p < last ? bar_tension[p] : (closed ? bar_tension[m.first[f]] : bar_tension[p - 1]);
+  const double before = p > m.first[f] ? bar_tension[p - 1] : (closed ? bar_tension[last - 1] : after);
+  return 0.5 * (before + after);
+}
+
+void begin_fiber(const Model& m, std::uint32_t f, Snapshot& snap) {
+  if (snap.offset.empty()) snap.offset.push_back(0);
+  snap.yarn.push_back(m.yarn[f]);
+  snap.fiber.push_back(m.place[f]);
+  snap.weft.push_back(m.role[f] == Role::weft);
+  snap.radius.push_back(m.type_of(f).radius);
+  snap.area.push_back(m.type_of(f).area);
+}
+
+void add_node(const Vec3& x, double tension, double arc, Snapshot& snap) {
+  snap.x.push_back(x);
+  snap.tension.push_back(tension);
+  snap.arc.push_back(arc);
+}
+
+void end_fiber(Snapshot& snap) { snap.offset.push_back(static_cast<std::int64_t>(snap.x.size())); }
+
+void add_whole_fiber(const Model& m, const Engine& engine, std::uint32_t f, Snapshot& snap) {
+  begin_fiber(m, f, snap);
+  double arc = 0;
+  for (std::uint32_t p = m.first[f]; p <= m.last(f); ++p) {
+    add_node(engine.state().x[p], node_tension(m, engine.tension(), f, p), arc, snap);
+    arc += m.rest_length[p];
+  }
+  end_fiber(snap);
+}
+
+}  // namespace
+
+Snapshot snapshot_of_loom(const Case& c, const Engine& engine, int pick) {
+  const Model& m = engine.model();
+  Snapshot snap;
+  snap.time = engine.state().time;
+  snap.pick = pick;
+  snap.cell_width = m.period_y;
+  snap.x_max = c.loom.length;
+  for (std::uint32_t f = 0; f < m.fibers(); ++f) {
+    if (m.role[f] == Role::reed) continue;
+    add_whole_fiber(m, engine, f, snap);
+    if (m.role[f] == Role::warp) snap.x_min = std::min(snap.x_min, engine.state().x[m.first[f]].x());
+  }
+  return snap;
+}
+
+double cell_end(const Case& c, const LoomLayout& layout, const Model& m, const State& s, int first_pick) {
+  double x_last = 0;
+  int count = 0;
+  for (int k = c.picks_per_cell() - c.layers; k < c.picks_per_cell(); ++k) {
+    if (const auto center = weft_center(m, s, static_cast<int>(layout.warps.size()) + first_pick + k)) {
+      x_last += center->x();
+      ++count;
+    }
+  }
+  if (count == 0) throw std::runtime_error(fmt::format("the cell of picks {}... is no longer on the loom", first_pick + 1));
+  return x_last / count + 0.5 * c.take_up.length;
+}
+
+Snapshot snapshot_of_cell(const Case& c, const LoomLayout& layout, const Engine& engine, int first_pick) {
+  const Model& m = engine.model();
+  const State& s = engine.state();
+  const auto warps = static_cast<int>(layout.warps.size());
+  const int picks = c.picks_per_cell();
+  Snapshot snap;
+  snap.time = s.time;
+  snap.pick = first_pick + picks;
+  snap.cell_width = m.period_y;
+  snap.cell_length = c.cell_length();
+  snap.x_max = cell_end(c, layout, m, s, first_pick);
+  snap.x_min = snap.x_max - snap.cell_length;
+  for (std::uint32_t f = 0; f < m.fibers(); ++f) {
+    if (m.role[f] == Role::weft && m.yarn[f] >= warps + first_pick && m.yarn[f] < warps + first_pick + picks) {
+      add_whole_fiber(m, engine, f, snap);
+      snap.yarn.back() -= first_pick;
+    } else if (m.role[f] == Role::warp) {
+      begin_fiber(m, f, snap);
+      double arc = 0, rest = 0;
+      for (std::uint32_t p = m.first[f]; p < m.last(f); ++p) {
+        const Vec3 &a = s.x[p], &b = s.x[p + 1];
+        const double rest_here = m.rest_length[p];
+        const double from = std::clamp((snap.x_min - a.x()) / (b.x() - a.x()), 0.0, 1.0);
+        const double to = std::clamp((snap.x_max - a.x()) / (b.x() - a.x()), 0.0, 1.0);
+        const bool inside = b.x() > snap.x_min && a.x() < snap.x_max;
+        if (inside) {
+          if (snap.offset.back() == static_cast<std::int64_t>(snap.x.size())) {
+            add_node(a + from * (b - a), engine.tension()[p], 0, snap);
+            rest = (to - from) * rest_here;
+          } else {
+            rest = to * rest_here;
+          }
+          arc += rest;
+          add_node(a + to * (b - a), engine.tension()[p], arc, snap);
+        }
+        if (a.x() >= snap.x_max) break;
+      }
+      end_fiber(snap);
+    }
+  }
+  return snap;
+}
+
+}  // namespace weave

@@ -1,0 +1,121 @@
+#include "weave/measures.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace weave {
+namespace {
+
+double length_of(const Snapshot& s, std::size_t f) {
+  double length = 0;
+  for (auto p = s.offset[f]; p + 1 < s.offset[f + 1]; ++p) length += (s.x[p + 1] - s.x[p]).norm();
+  return length;
+}
+
+/// Upper and lower envelope heights on a grid over the cell, columns that no fiber covers left out.
+double mean_envelope_distance(const Snapshot& s) {
+  const double length = s.x_max - s.x_min, width = s.cell_width;
+  const double r_min = *std::min_element(s.radius.begin(), s.radius.end());
+  const auto count = [&](double extent) { return std::clamp(static_cast<int>(std::lround(extent / (0.5 * r_min))), 16, 600); };
+  const int nx = count(length), ny = count(width);
+  const double hx = length / nx, hy = width / ny;
+  std::vector<double> top(static_cast<std::size_t>(nx) * ny, -1e300), bottom(top.size(), 1e300);
+  for (std::size_t f = 0; f < s.fibers(); ++f) {
+    const double r = s.radius[f];
+    for (auto p = s.offset[f]; p + 1 < s.offset[f + 1]; ++p) {
+      const Vec3 d = s.x[p + 1] - s.x[p];
+      const int pieces = std::max(1, static_cast<int>(std::ceil(d.norm() / (0.5 * std::min(hx, hy)))));
+      for (int k = 0; k < pieces; ++k) {
+        const Vec3 q = s.x[p] + (k + 0.5) / pieces * d;
+        const int ix0 = std::max(0, static_cast<int>(std::ceil((q.x() - r - s.x_min) / hx - 0.5)));
+        const int ix1 = std::min(nx - 1, static_cast<int>(std::floor((q.x() + r - s.x_min) / hx - 0.5)));
+        const int iy0 = static_cast<int>(std::ceil((q.y() - r) / hy - 0.5)), iy1 = static_cast<int>(std::floor((q.y() + r) / hy - 0.5));
+        for (int ix = ix0; ix <= ix1; ++ix) {
+          for (int iy = iy0; iy <= iy1; ++iy) {
+            const double dx = s.x_min + (ix + 0.5) * hx - q.x(), dy = (iy + 0.5) * hy - q.y();
+            const double h2 = r * r - dx * dx - dy * dy;
+            if (h2 < 0) continue;
+            const std::size_t cell = static_cast<std::size_t>(ix) * ny + ((iy % ny) + ny) % ny;
+            top[cell] = std::max(top[cell], q.z() + std::sqrt(h2));
+            bottom[cell] = std::min(bottom[cell], q.z() - std::sqrt(h2));
+          }
+        }
+      }
+    }
+  }
+  double sum = 0;
+  std::size_t covered = 0;
+  for (std::size_t i = 0; i < top.size(); ++i) {
+    if (top[i] < bottom[i]) continue;
+    sum += top[i] - bottom[i];
+    ++covered;
+  }
+  return covered > 0 ? sum / static_cast<double>(covered) : 0;
+}
+
+Vec3 point_at_share(const Snapshot& s, std::size_t f, double share) {
+  const auto begin = s.offset[f], end = s.offset[f + 1];
+  const double wanted = share * s.arc[end - 1];
+  const auto at = std::upper_bound(s.arc.begin() + begin, s.arc.begin() + end - 1, wanted) - s.arc.begin();
+  const auto p = std::max<std::int64_t>(begin, std::min<std::int64_t>(at, end - 1) - 1);
+  const double span = s.arc[p + 1] - s.arc[p];
+  return s.x[p] + (span > 0 ? (wanted - s.arc[p]) / span : 0) * (s.x[p + 1] - s.x[p]);
+}
+
+}  // namespace
+
+CellMeasures measure_cell(const Snapshot& s) {
+  CellMeasures m;
+  double high = -std::numeric_limits<double>::infinity(), low = -high;
+  double warp_length = 0, weft_length = 0, warp_stress = 0, weft_stress = 0;
+  std::size_t warps = 0, wefts = 0, warp_nodes = 0, weft_nodes = 0;
+  for (std::size_t f = 0; f < s.fibers(); ++f) {
+    const double length = length_of(s, f);
+    m.fiber_volume += length * s.area[f];
+    (s.weft[f] ? weft_length : warp_length) += length;
+    ++(s.weft[f] ? wefts : warps);
+    for (auto p = s.offset[f]; p < s.offset[f + 1]; ++p) {
+      high = std::max(high, s.x[p].z() + s.radius[f]);
+      low = std::min(low, s.x[p].z() - s.radius[f]);
+      const double stress = s.stress(f, p);
+      m.stress_max = std::max(m.stress_max, stress);
+      (s.weft[f] ? weft_stress : warp_stress) += stress;
+      ++(s.weft[f] ? weft_nodes : warp_nodes);
+    }
+  }
+  const double length = s.x_max - s.x_min, area = length * s.cell_width;
+  m.thickness = high - low;
+  m.thickness_mean = mean_envelope_distance(s);
+  m.fiber_volume_fraction = m.fiber_volume / (area * m.thickness);
+  m.fiber_volume_fraction_mean = m.fiber_volume / (area * m.thickness_mean);
+  if (warps > 0) {
+    m.crimp_warp = warp_length / (static_cast<double>(warps) * length) - 1;
+    m.stress_mean_warp = warp_stress / static_cast<double>(warp_nodes);
+  }
+  if (wefts > 0) {
+    m.crimp_weft = weft_length / (static_cast<double>(wefts) * s.cell_width) - 1;
+    m.stress_mean_weft = weft_stress / static_cast<double>(weft_nodes);
+  }
+  return m;
+}
+
+Steadiness steadiness(const Snapshot& a, const Snapshot& b) {
+  if (a.yarn != b.yarn || a.fiber != b.fiber) throw std::invalid_argument("steadiness: the two cells do not hold the same fibers");
+  Steadiness result;
+  constexpr int samples = 64;
+  for (std::size_t f = 0; f < a.fibers(); ++f) {
+    for (int k = 0; k < samples; ++k) {
+      Vec3 d = point_at_share(b, f, (k + 0.5) / samples) - point_at_share(a, f, (k + 0.5) / samples);
+      d.x() -= b.x_min - a.x_min;
+      const double distance = d.norm() / (2 * a.radius[f]);
+      result.mean += distance;
+      result.largest = std::max(result.largest, distance);
+    }
+  }
+  result.mean /= static_cast<double>(samples * a.fibers());
+  return result;
+}
+
+}  // namespace weave

@@ -1,0 +1,98 @@
+#include <sys/resource.h>
+
+#include <nlohmann/json.hpp>
+
+#include "weave/version.hpp"
+#include "weave/weaving_run.hpp"
+
+namespace weave {
+namespace {
+
+double peak_memory_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return 1024.0 * static_cast<double>(usage.ru_maxrss);
+}
+
+const char* name_of(RunStatus status) {
+  switch (status) {
+    case RunStatus::completed: return "completed";
+    case RunStatus::interrupted: return "interrupted";
+    case RunStatus::failed: return "failed";
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string summary_json(const Case& c, const WeaveResult& r) {
+  using nlohmann::ordered_json;
+  const WeaveSummary& s = r.summary;
+  const StageTimes& t = s.stages;
+  const Ledger& e = s.energy;
+  ordered_json j;
+  j["tool"] = "weave";
+  j["case"] = c.name;
+  j["title"] = c.title;
+  j["version"] = version();
+  j["completed"] = r.status == RunStatus::completed;
+  j["status"] = name_of(r.status);
+  j["message"] = r.message;
+  j["picks"] = s.picks;
+  j["fibers"] = s.fibers;
+  j["nodes"] = s.nodes;
+  j["nodes_max"] = s.nodes_max;
+  j["contacts_listed_max"] = s.contacts_max;
+  j["steps"] = s.steps;
+  j["dt_s"] = s.dt_mean;
+  j["dt_min_s"] = s.dt_min;
+  j["threads"] = s.threads;
+  j["wall_s"] = s.wall;
+  j["stage_wall_s"] = {{"search", t.search}, {"contact", t.contact}, {"bars_and_motion", t.integrate}, {"loom", s.wall_loom}, {"output", s.wall_output}};
+  j["ns_per_node_step"] = s.contact_node_steps > 0 ? 1e9 * s.wall / s.contact_node_steps : 0;
+  j["ns_per_listed_contact"] = s.contact_steps > 0 ? 1e9 * t.contact / s.contact_steps : 0;
+  j["peak_memory_bytes"] = peak_memory_bytes();
+  j["reed_load_max_N"] = s.reed_load_max;
+  j["reed_load_per_beat_N"] = r.history.reed_load_per_beat_N;
+  j["warp_tension_mean_N"] = s.warp_tension_mean;
+  j["thickness_m"] = s.cell.thickness;
+  j["thickness_mean_m"] = s.cell.thickness_mean;
+  j["cell_length_m"] = c.cell_length();
+  j["cell_width_m"] = c.cell_width();
+  j["fiber_volume_m3"] = s.cell.fiber_volume;
+  j["fiber_volume_fraction"] = s.cell.fiber_volume_fraction;
+  j["fiber_volume_fraction_mean"] = s.cell.fiber_volume_fraction_mean;
+  j["crimp_warp"] = s.cell.crimp_warp;
+  j["crimp_weft"] = s.cell.crimp_weft;
+  j["stress_max_Pa"] = s.cell.stress_max;
+  j["stress_mean_warp_Pa"] = s.cell.stress_mean_warp;
+  j["stress_mean_weft_Pa"] = s.cell.stress_mean_weft;
+  j["steadiness"] = s.steadiness.empty() ? ordered_json() : ordered_json(s.steadiness.back().mean);
+  j["steadiness_largest"] = s.steadiness.empty() ? ordered_json() : ordered_json(s.steadiness.back().largest);
+  ordered_json per_cell = ordered_json::array();
+  for (const Steadiness& k : s.steadiness) per_cell.push_back(k.mean);
+  j["steadiness_per_cell"] = per_cell;
+  j["order_violations"] = s.order_violations;
+  j["searches"] = s.searches;
+  j["late_rebuilds"] = s.late_searches;
+  j["overlap_max"] = s.overlap_max;
+  j["energy_residual"] = s.energy_residual;
+  j["energy_J"] = {{"kinetic", e.kinetic},
+                   {"axial_implicit", e.axial_implicit},
+                   {"bars", e.bars},
+                   {"bending", e.bending},
+                   {"contact", e.contact},
+                   {"friction_store", e.friction_store},
+                   {"heddle_guides", e.heddle},
+                   {"slip", e.flows.slip},
+                   {"damping", e.flows.damping},
+                   {"work_tension", e.flows.tension},
+                   {"work_reed", e.flows.reed},
+                   {"work_heddles", e.flows.heddle},
+                   {"work_take_up", e.flows.take_up},
+                   {"edits", s.energy_removed}};
+  j["case_toml"] = to_toml(c);
+  return j.dump(2) + "\n";
+}
+
+}  // namespace weave

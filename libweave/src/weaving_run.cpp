@@ -1,0 +1,514 @@
+#include "weave/weaving_run.hpp"
+
+#include <fmt/format.h>
+#include <omp.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "weave/checkpoint.hpp"
+#include "weave/fiber_path.hpp"
+#include "weave/results.hpp"
+#include "weave/version.hpp"
+
+namespace weave {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
+
+constexpr double rows_per_pick = 400;        ///< of the history, by default
+constexpr double progress_interval = 0.5;    ///< wall time [s]
+constexpr double order_check_interval = 0.05;  ///< share of a pick
+constexpr double engine_reach_behind_heddle = 2;  ///< bars that may still touch behind the heddle plane
+
+/// The run's own counters; with the engine's state all that a checkpoint needs.
+struct LoomState {
+  std::int64_t pick = 0;         ///< under way, 0-based
+  std::int64_t placed = 0;       ///< its weft is in the shed
+  std::int64_t cells_cut = 0;
+  std::int64_t order_violations = 0;
+  std::int64_t history_rows = 0;  ///< in this stage of the pick
+  std::int64_t nodes_max = 0, contacts_max = 0;
+  std::int64_t edited = 0;       ///< the next ledger follows an edit of the topology
+  double stage_start = 0;        ///< [s]
+  double balance_start = 0, edit_energy = 0, balance_before = 0;  ///< of the ledger [J]
+  double overlap_max = 0, overlap_row = 0, reed_row = 0, reed_beat = 0, beat_time = 0;
+  double put_in_before = 0, work_in = 0;  ///< sum of the amounts of work exchanged [J]
+  double residual_max = 0;
+  double dt_min = 1e300;
+  double node_steps = 0, contact_steps = 0;
+  double tension_sum = 0, tension_count = 0;
+};
+
+constexpr std::size_t counters_of_loom = 8;
+
+std::vector<std::int64_t> counters_of(const LoomState& s) {
+  return {s.pick, s.placed, s.cells_cut, s.order_violations, s.history_rows, s.nodes_max, s.contacts_max, s.edited};
+}
+std::vector<double> numbers_of(const LoomState& s) {
+  return {s.stage_start, s.balance_start, s.edit_energy, s.balance_before, s.overlap_max, s.overlap_row, s.reed_row,
+          s.reed_beat,   s.beat_time,     s.put_in_before, s.work_in,      s.residual_max, s.dt_min,     s.node_steps,
+          s.contact_steps, s.tension_sum, s.tension_count};
+}
+LoomState loom_state_from(const std::vector<std::int64_t>& c, const std::vector<double>& n) {
+  if (c.size() != counters_of_loom || n.size() != numbers_of({}).size()) throw std::runtime_error("the checkpoint is of another program version");
+  return {c[0], c[1], c[2], c[3], c[4],  c[5],  c[6],  c[7],  n[0],  n[1],  n[2], n[3],
+          n[4], n[5], n[6], n[7], n[8], n[9], n[10], n[11], n[12], n[13], n[14], n[15], n[16]};
+}
+
+std::filesystem::path cell_file(const std::filesystem::path& folder, std::int64_t cell) {
+  return folder / "cells" / fmt::format("cell_{:02}.vtkhdf", cell + 1);
+}
+
+EngineOptions engine_options(const Case& c, const LoomLayout& layout) {
+  EngineOptions o;
+  o.skin = c.numerics.skin * layout.fiber_diameter;
+  o.safety = c.numerics.safety;
+  o.time_step = c.numerics.time_step;
+  const double top_speed = std::max(c.beat_up.enabled ? c.beat_up.top_speed : 0, 2 * c.loom.height / c.shedding.time);
+  double smallest = layout.fiber_diameter;
+  for (const std::string& name : layout.type_names) smallest = std::min(smallest, 2 * c.yarns.at(name).fiber_radius());
+  o.time_step_max = 0.05 * smallest / std::max(top_speed, 1.0);  // no fiber passes a twentieth of a diameter in a step
+  o.active_x_max = c.loom.length + engine_reach_behind_heddle * c.numerics.element_length * layout.fiber_diameter;
+  return o;
+}
+
+class WeavingRun {
+ public:
+  WeavingRun(const Case& c, const RunOptions& options) : case_(c), options_(options), layout_(lay_out(c)) {
+    engine_options_ = engine_options(c, layout_);
+    total_picks_ = c.cells * c.picks_per_cell();
+    for (int p = 0; p < c.picks_per_cell(); ++p) cycle_time_ += pick_time(p);
+    row_interval_ = c.output.history_interval > 0 ? c.output.history_interval : cycle_time_ / c.picks_per_cell() / rows_per_pick;
+    if (!options.output.empty()) {
+      std::filesystem::create_directories(options.output / "picks");
+      std::filesystem::create_directories(options.output / "cells");
+    }
+    if (options.resume) {
+      resume();
+    } else {
+      auto [model, state] = set_up_loom(c, layout_);
+      engine_ = std::make_unique<Engine>(std::move(model), std::move(state), engine_options_);
+    }
+    size_drive();
+  }
+
+  WeaveResult run() {
+    while (loom_.pick < total_picks_ && result_.status == RunStatus::completed) run_pick();
+    finish();
+    return std::move(result_);
+  }
+
+ private:
+  int row(std::int64_t pick) const { return static_cast<int>(pick % case_.picks_per_cell()); }
+  bool shed_changes(std::int64_t pick) const { return layout_.matrix.row(row(pick)) != layout_.matrix.row(row(pick + 1)); }
+  double pick_time(std::int64_t pick) const {
+    return case_.insertion.time + pick_times(case_, shed_changes(pick), takes_up_after(case_, row(pick))).end;
+  }
+  double now() const { return engine_->state().time - loom_.stage_start; }
+
+  void size_drive() {
+    const std::size_t fibers = engine_->model().fibers();
+    drive_ = {};
+    drive_.guide_z.assign(fibers, 0);
+    drive_.guide_speed.assign(fibers, 0);
+    guide_offset_.assign(fibers, 0);
+    for (std::size_t f = 0; f < fibers; ++f) {
+      if (engine_->model().role[f] != Role::warp) continue;
+      const WarpPlace& warp = layout_.warps[engine_->model().yarn[f]];
+      const FiberType& type = engine_->model().type_of(f);
+      guide_offset_[f] = warp_fiber_offset(case_, warp.fibers, type.radius, engine_->model().place[f]);
+    }
+  }
+
+  /// Where heddles, reed and held ends stand now and how fast they go during the next step.
+  void drive(const PickTimes& times, bool takes_up) {
+    const double t = now(), dt = engine_->state().dt;
+    const double from = loom_.placed ? shed_progress(case_, times, t) : 0;
+    const double to = loom_.placed ? shed_progress(case_, times, t + dt) : 0;
+    const Model& m = engine_->model();
+    for (std::size_t f = 0; f < m.fibers(); ++f) {
+      if (m.role[f] != Role::warp) continue;
+      const int w = m.yarn[f];
+      const double z = heddle_z(case_, layout_.warps[w], layout_.matrix(row(loom_.pick), w)) + guide_offset_[f];
+      const double stroke = heddle_z(case_, layout_.warps[w], layout_.matrix(row(loom_.pick + 1), w)) + guide_offset_[f] - z;
+      drive_.guide_z[f] = z + from * stroke;
+      drive_.guide_speed[f] = (to - from) * stroke / dt;
+    }
+    drive_.reed_velocity.setZero();
+    drive_.held_velocity.setZero();
+    if (!loom_.placed) return;
+    if (case_.beat_up.enabled) {
+      drive_.reed_velocity.x() = (reed_position(case_, times, t + dt) - reed_position(case_, times, t)) / dt;
+    }
+    if (takes_up) {
+      const double length = case_.take_up.length / case_.take_up.flags;
+      drive_.held_velocity.x() = -length * (take_up_progress(case_, times, t + dt) - take_up_progress(case_, times, t)) / dt;
+    }
+  }
+
+  int action_at(const PickTimes& times, double t) const {
+    if (!loom_.placed) return 0;
+    const double stroke = case_.beat_up.enabled ? 2 * case_.beat_up.travel / case_.beat_up.top_speed + case_.beat_up.dwell : 0;
+    const bool changes = shed_changes(loom_.pick), takes = takes_up_after(case_, row(loom_.pick));
+    if (t >= times.beat_up && t < times.beat_up + stroke) return 1;
+    if (changes && t >= times.shedding && t < times.shedding + case_.shedding.time) return 3;
+    if (case_.beat_up.enabled && t >= times.reed_return && t < times.reed_return + case_.beat_up.return_time) return 2;
+    if (takes && t >= times.take_up && t < times.take_up + case_.take_up.time) return 4;
+    return 5;
+  }
+
+  void run_pick() {
+    const bool takes_up = takes_up_after(case_, row(loom_.pick));
+    const PickTimes times = pick_times(case_, shed_changes(loom_.pick), takes_up);
+    if (!loom_.placed) {
+      if (!run_stage(times, takes_up, case_.insertion.time)) return;
+      place_weft();
+    }
+    if (!run_stage(times, takes_up, times.end)) return;
+    end_pick();
+  }
+
+  /// Steps until `length` after the stage's start. False if the run must stop.
+  bool run_stage(const PickTimes& times, bool takes_up, double length) {
+    double next_order_check = now() + order_check_interval * length;
+    while (now() < length) {
+      const auto loom_start = Clock::now();
+      drive(times, takes_up);
+      const bool at_row = now() >= static_cast<double>(loom_.history_rows) * row_interval_;
+      const bool last = now() + engine_->state().dt >= length;
+      const int action = action_at(times, now());
+      Ledger ledger;
+      const bool with_ledger = at_row || last || loom_.edited != 0;
+      loom_wall_ += seconds_since(loom_start);
+      const double dt = engine_->state().dt;
+      const StepReport report = engine_->step(drive_, with_ledger ? &ledger : nullptr);
+      loom_.dt_min = engine_->state().step > 2 ? std::min(loom_.dt_min, dt) : loom_.dt_min;
+      loom_.node_steps += static_cast<double>(engine_->model().nodes());
+      loom_.contact_steps += static_cast<double>(engine_->state().contacts.line.size() + engine_->state().contacts.crossing.size());
+      note(report, action);
+      if (with_ledger) note_ledger(ledger);
+      if (at_row || last) add_row(ledger, action);
+      if (report.status != StepStatus::ok) return fail(report.message);
+      if (now() >= next_order_check) {
+        next_order_check = now() + order_check_interval * length;
+        if (!check_yarn_order()) return false;
+      }
+      if (!look_outside()) return false;
+    }
+    return true;
+  }
+
+  void note(const StepReport& report, int action) {
+    loom_.overlap_max = std::max(loom_.overlap_max, report.overlap_max);
+    loom_.overlap_row = std::max(loom_.overlap_row, report.overlap_max);
+    const double load = std::max(0.0, report.reed_force.x());
+    loom_.reed_row = std::max(loom_.reed_row, load);
+    if (action == 1 && load > loom_.reed_beat) {
+      loom_.reed_beat = load;
+      loom_.beat_time = engine_->state().time;
+    }
+  }
+
+  void note_ledger(const Ledger& ledger) {
+    if (engine_->state().step == 1) loom_.balance_start = ledger.balance();
+    if (loom_.edited) {
+      loom_.edit_energy += ledger.balance() - loom_.balance_before;
+      loom_.edited = 0;
+    }
+    loom_.balance_before = ledger.balance();
+    const double put_in = std::abs(ledger.put_in() - loom_.put_in_before);
+    loom_.put_in_before = ledger.put_in();
+    loom_.work_in += put_in;
+    loom_.residual_max = std::max(loom_.residual_max, std::abs(residual(ledger)));
+    ledger_ = ledger;
+  }
+  double residual(const Ledger& ledger) const { return ledger.balance() - loom_.balance_start - loom_.edit_energy; }
+
+  void add_row(const Ledger& l, int action) {
+    History& h = result_.history;
+    ++loom_.history_rows;
+    h.time_s.push_back(engine_->state().time);
+    h.pick.push_back(static_cast<int>(loom_.pick));
+    h.action.push_back(action);
+    h.reed_x_m.push_back(reed_x());
+    h.reed_load_N.push_back(loom_.reed_row);
+    h.warp_tension_N.push_back(warp_tension());
+    h.overlap.push_back(loom_.overlap_row);
+    h.time_step_s.push_back(engine_->state().dt);
+    h.kinetic_J.push_back(l.kinetic + l.axial_implicit);
+    h.bars_J.push_back(l.bars + l.bending);
+    h.contact_J.push_back(l.contact);
+    h.friction_store_J.push_back(l.friction_store);
+    h.heddle_J.push_back(l.heddle);
+    h.slip_J.push_back(l.flows.slip);
+    h.damping_J.push_back(l.flows.damping);
+    h.work_tension_J.push_back(l.flows.tension);
+    h.work_reed_J.push_back(l.flows.reed);
+    h.work_heddle_J.push_back(l.flows.heddle);
+    h.work_take_up_J.push_back(l.flows.take_up);
+    h.work_insertion_J.push_back(loom_.edit_energy);
+    h.residual_J.push_back(residual(l));
+    loom_.overlap_row = loom_.reed_row = 0;
+    loom_.tension_sum += h.warp_tension_N.back();
+    loom_.tension_count += 1;
+  }
+
+  double reed_x() const {
+    const Model& m = engine_->model();
+    return m.fibers() > 0 && m.role[0] == Role::reed ? engine_->state().x[0].x() : case_.beat_up.travel;
+  }
+
+  /// Mean yarn tension half way between fell and heddle [N].
+  double warp_tension() const {
+    const Model& m = engine_->model();
+    const auto& x = engine_->state().x;
+    double sum = 0;
+    for (std::uint32_t f = 0; f < m.fibers(); ++f) {
+      if (m.role[f] != Role::warp) continue;
+      std::uint32_t p = m.last(f) - 1;
+      while (p > m.first[f] && x[p].x() > 0.5 * case_.loom.length) --p;
+      sum += engine_->tension()[p];
+    }
+    return sum / static_cast<double>(layout_.warps.size());
+  }
+
+  bool check_yarn_order() {
+    const OrderCheck order = check_order(case_, layout_, engine_->model(), engine_->state());
+    if (order.violations == 0) return true;
+    loom_.order_violations += order.violations;
+    return fail(fmt::format("step {}, time {:.6g} s, pick {}: {}", engine_->state().step, engine_->state().time, loom_.pick + 1, order.first));
+  }
+
+  bool fail(const std::string& message) {
+    result_.status = RunStatus::failed;
+    result_.message = message;
+    return false;
+  }
+
+  /// Progress, checkpoint and the wish to stop.
+  bool look_outside() {
+    const std::int64_t step = engine_->state().step;
+    const bool stop = (options_.stop && options_.stop->load()) || (options_.stop_at_step >= 0 && step >= options_.stop_at_step);
+    if (stop) {
+      save_checkpoint();
+      result_.status = RunStatus::interrupted;
+      result_.message = options_.output.empty() ? "interrupted" : "interrupted; go on with --resume";
+      return false;
+    }
+    if (step % 64 != 0) return true;
+    if (seconds_since(last_checkpoint_) > case_.output.checkpoint_interval) save_checkpoint();
+    if (options_.on_progress && seconds_since(last_progress_) > progress_interval) {
+      const double rate = static_cast<double>(step - progress_step_) / seconds_since(last_progress_);
+      const double speed = (engine_->state().time - progress_time_) / seconds_since(last_progress_);
+      RunProgress p;
+      p.action = History::action_names[static_cast<std::size_t>(result_.history.action.empty() ? 0 : result_.history.action.back())];
+      p.pick = static_cast<int>(loom_.pick) + 1;
+      p.picks = total_picks_;
+      p.time = engine_->state().time;
+      p.time_end = cycle_time_ * case_.cells;
+      p.step = step;
+      p.dt = engine_->state().dt;
+      p.steps_per_second = rate;
+      p.wall = seconds_since(start_);
+      p.left = (p.time_end - p.time) / std::max(speed, 1e-30);
+      options_.on_progress(p);
+      last_progress_ = Clock::now();
+      progress_step_ = step;
+      progress_time_ = engine_->state().time;
+    }
+    return true;
+  }
+
+  void place_weft() {
+    const auto start = Clock::now();
+    const StageTimes stages = engine_->stage_times();
+    auto [model, state] = std::move(*engine_).release();
+    const int cells_done = static_cast<int>(loom_.pick) / case_.picks_per_cell();
+    while (cells_done - loom_.cells_cut > case_.kept_cells) {
+      const int first = static_cast<int>(loom_.cells_cut) * case_.picks_per_cell();
+      cut_cloth(cell_end(case_, layout_, model, state, first), static_cast<int>(layout_.warps.size()) + first + case_.picks_per_cell(), model, state);
+      ++loom_.cells_cut;
+    }
+    supply_warp(case_, layout_, model, state);
+    insert_weft(case_, layout_, static_cast<int>(loom_.pick), model, state);
+    loom_.stage_start = state.time;
+    loom_.placed = 1;
+    loom_.edited = 1;
+    loom_.history_rows = 0;
+    loom_wall_ += seconds_since(start);
+    engine_ = std::make_unique<Engine>(std::move(model), std::move(state), engine_options_);
+    engine_->set_times(stages);
+    size_drive();
+    loom_.nodes_max = std::max<std::int64_t>(loom_.nodes_max, static_cast<std::int64_t>(engine_->model().nodes()));
+  }
+
+  void end_pick() {
+    const auto start = Clock::now();
+    result_.history.reed_load_per_beat_N.push_back(loom_.reed_beat);
+    result_.history.beat_time_s.push_back(loom_.beat_time);
+    loom_.reed_beat = 0;
+    ++loom_.pick;
+    loom_.placed = 0;
+    loom_.history_rows = 0;
+    loom_.stage_start = engine_->state().time;
+    loom_.contacts_max = std::max<std::int64_t>(
+        loom_.contacts_max, static_cast<std::int64_t>(engine_->state().contacts.line.size() + engine_->state().contacts.crossing.size()));
+    if (!options_.output.empty()) {
+      const Snapshot loom = snapshot_of_loom(case_, *engine_, static_cast<int>(loom_.pick));
+      write_results(options_.output / "picks" / fmt::format("pick_{:04}.vtkhdf", loom_.pick), {loom, {}, to_toml(case_), version()});
+    }
+    if (loom_.pick % case_.picks_per_cell() == 0) {
+      const std::int64_t cell = loom_.pick / case_.picks_per_cell() - 1;
+      Snapshot snap = snapshot_of_cell(case_, layout_, *engine_, static_cast<int>(cell) * case_.picks_per_cell());
+      if (!options_.output.empty()) write_results(cell_file(options_.output, cell), {snap, {}, to_toml(case_), version()});
+      cells_.push_back(std::move(snap));
+    }
+    output_wall_ += seconds_since(start);
+    check_yarn_order();
+  }
+
+  void save_checkpoint() {
+    if (options_.output.empty()) return;
+    const auto start = Clock::now();
+    write_checkpoint(options_.output / "checkpoint.h5",
+                     {to_toml(case_), engine_->model(), engine_->state(), result_.history, numbers_of(loom_), counters_of(loom_)});
+    last_checkpoint_ = Clock::now();
+    output_wall_ += seconds_since(start);
+  }
+
+  void resume() {
+    const std::filesystem::path file = options_.output / "checkpoint.h5";
+    if (!std::filesystem::exists(file)) throw std::runtime_error(file.string() + ": there is no checkpoint to resume from");
+    Checkpoint c = read_checkpoint(file);
+    if (c.case_toml != to_toml(case_)) throw std::runtime_error(file.string() + ": the checkpoint is of another case (or the case was changed)");
+    loom_ = loom_state_from(c.loom_counters, c.loom_numbers);
+    result_.history = std::move(c.history);
+    engine_ = std::make_unique<Engine>(std::move(c.model), std::move(c.state), engine_options_);
+    for (std::int64_t k = 0; k < loom_.pick / case_.picks_per_cell(); ++k) {
+      cells_.push_back(read_results(cell_file(options_.output, k)).snapshot);
+    }
+  }
+
+  void finish() {
+    const auto start = Clock::now();
+    WeaveSummary& s = result_.summary;
+    const Model& m = engine_->model();
+    const State& state = engine_->state();
+    s.nodes = m.nodes();
+    s.nodes_max = std::max<std::size_t>(static_cast<std::size_t>(loom_.nodes_max), m.nodes());
+    s.fibers = m.fibers();
+    s.steps = state.step;
+    s.dt_mean = state.time / static_cast<double>(std::max<std::int64_t>(state.step, 1));
+    s.dt_min = loom_.dt_min;
+    s.threads = omp_get_max_threads();
+    s.stages = engine_->stage_times();
+    s.contacts_max = static_cast<std::size_t>(loom_.contacts_max);
+    s.contact_node_steps = loom_.node_steps;
+    s.contact_steps = loom_.contact_steps;
+    s.picks = static_cast<int>(loom_.pick);
+    for (const double load : result_.history.reed_load_per_beat_N) s.reed_load_max = std::max(s.reed_load_max, load);
+    s.warp_tension_mean = loom_.tension_count > 0 ? loom_.tension_sum / loom_.tension_count : 0;
+    for (std::size_t k = 1; k < cells_.size(); ++k) s.steadiness.push_back(steadiness(cells_[k - 1], cells_[k]));
+    s.order_violations = static_cast<int>(loom_.order_violations);
+    s.searches = state.searches;
+    s.late_searches = state.late_searches;
+    s.overlap_max = loom_.overlap_max;
+    s.energy = ledger_;
+    s.energy_removed = loom_.edit_energy;
+    s.energy_residual = loom_.work_in > 0 ? loom_.residual_max / loom_.work_in : 0;
+    result_.loom = snapshot_of_loom(case_, *engine_, s.picks);
+    if (!cells_.empty()) {
+      result_.cell = cells_.back();
+      s.cell = measure_cell(result_.cell);
+    }
+    if (!options_.output.empty()) {
+      write_results(options_.output / "weave.vtkhdf", {result_.loom, result_.history, to_toml(case_), version()});
+      if (!cells_.empty()) write_results(options_.output / "cell.vtkhdf", {result_.cell, {}, to_toml(case_), version()});
+      write_pick_series();
+      if (result_.status == RunStatus::completed) std::filesystem::remove(options_.output / "checkpoint.h5");
+    }
+    s.wall_loom = loom_wall_;
+    s.wall_output = output_wall_ + seconds_since(start);
+    s.wall = seconds_since(start_);
+    if (!options_.output.empty()) write_text_file(options_.output / "summary.json", summary_json(case_, result_));
+  }
+
+  void write_pick_series() const {
+    std::vector<std::string> names;
+    std::vector<double> picks;
+    for (std::int64_t k = 1; k <= loom_.pick; ++k) {
+      names.push_back(fmt::format("picks/pick_{:04}.vtkhdf", k));
+      picks.push_back(static_cast<double>(k));
+    }
+    write_series(options_.output / "picks.vtkhdf.series", names, picks);
+  }
+
+  const Case& case_;
+  const RunOptions& options_;
+  LoomLayout layout_;
+  EngineOptions engine_options_;
+  int total_picks_ = 0;
+  double cycle_time_ = 0, row_interval_ = 0;
+  LoomState loom_;
+  Ledger ledger_;
+  std::unique_ptr<Engine> engine_;
+  Drive drive_;
+  std::vector<double> guide_offset_;
+  std::vector<Snapshot> cells_;
+  WeaveResult result_;
+  Clock::time_point start_ = Clock::now(), last_progress_ = start_, last_checkpoint_ = start_;
+  std::int64_t progress_step_ = 0;
+  double progress_time_ = 0, loom_wall_ = 0, output_wall_ = 0;
+};
+
+}  // namespace
+
+WeaveResult weave_cloth(const Case& c, const RunOptions& options) { return WeavingRun(c, options).run(); }
+
+RunEstimate estimate_run(const Case& c) {
+  RunEstimate e;
+  const LoomLayout layout = lay_out(c);
+  const auto [model, state] = set_up_loom(c, layout);
+  const EngineOptions options = engine_options(c, layout);
+  e.warps = layout.warps.size();
+  e.picks = c.cells * c.picks_per_cell();
+  e.wefts = static_cast<std::size_t>(e.picks);
+  for (int p = 0; p < c.picks_per_cell(); ++p) {
+    const bool changes = layout.matrix.row(p) != layout.matrix.row((p + 1) % c.picks_per_cell());
+    e.simulated_time += c.cells * (c.insertion.time + pick_times(c, changes, takes_up_after(c, p)).end);
+  }
+  e.nodes_start = model.nodes();
+  double weft_nodes_cell = 0;
+  std::size_t weft_fibers = 0;
+  e.explicit_time_step = 1;
+  double contact_step = options.time_step_max;
+  for (int p = 0; p < c.picks_per_cell(); ++p) {
+    const YarnType& y = c.yarns.at(c.weft.yarn_of_layer[p % c.layers]);
+    weft_nodes_cell += y.fibers * (c.cell_width() / (c.numerics.element_length * 2 * y.fiber_radius()) + 1);
+    weft_fibers += y.fibers;
+  }
+  for (const std::string& name : layout.type_names) {
+    const YarnType& y = c.yarns.at(name);
+    const double r = y.fiber_radius(), area = y.fiber_area();
+    e.explicit_time_step = std::min(e.explicit_time_step, c.numerics.element_length * 2 * r * std::sqrt(y.density / y.youngs_modulus));
+    // Six neighbors, each overlapping a twentieth of the reach: what a beat-up does to a yarn.
+    const PairLaw law = PairLaw::of(r, r, y.transverse_modulus, y.transverse_modulus);
+    const double k = 6 * law.line_stiffness(0.05 * law.reach) * (1 + c.friction);
+    contact_step = std::min(contact_step, c.numerics.safety * 2 / std::sqrt(2 * k / (y.density * area)));
+  }
+  e.time_step = c.numerics.time_step > 0 ? c.numerics.time_step : contact_step;
+  if (c.numerics.integrator == "explicit" && c.numerics.time_step <= 0) e.time_step = std::min(e.time_step, c.numerics.safety * e.explicit_time_step);
+  const int cells_on_loom = std::min(c.cells, c.kept_cells + 1);
+  e.fibers = model.fibers() + weft_fibers * static_cast<std::size_t>(cells_on_loom);
+  e.nodes_end = e.nodes_start + static_cast<std::size_t>(weft_nodes_cell * cells_on_loom);
+  e.steps = e.simulated_time / e.time_step;
+  constexpr double bytes_per_node = 1500, seconds_per_node_step = 1.2e-7;  // measured on the shipped cases, one thread
+  e.memory = bytes_per_node * static_cast<double>(e.nodes_end);
+  e.wall = e.steps * static_cast<double>(e.nodes_end + e.nodes_start) / 2 * seconds_per_node_step / omp_get_max_threads();
+  return e;
+}
+
+}  // namespace weave
