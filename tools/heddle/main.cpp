@@ -1,0 +1,54 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <exception>
+
+#include "view.hpp"
+#include "weave/case.hpp"
+#include "weave/version.hpp"
+#include "weave_command.hpp"
+
+int main(int argc, char** argv) {
+  CLI::App app{"Heddle weaves a fabric on a simulated loom, fiber by fiber."};
+  app.set_version_flag("--version", weave::version());
+  app.require_subcommand(1);
+
+  heddle::CheckOptions check;
+  CLI::App* check_app = app.add_subcommand("check", "Read a case and say what would be run");
+  check_app->add_option("case", check.case_file, "case file (TOML)")->required();
+  check_app->add_option("--set", check.overrides, "change a value: key.path=value")->type_name("KEY=VALUE");
+  check_app->add_option("--draft", check.draft, "draw the weave into this file (.png, .svg, .pdf)");
+
+  heddle::WeaveOptions weave_options;
+  CLI::App* weave_app = app.add_subcommand("weave", "Weave a case");
+  weave_app->add_option("case", weave_options.case_file, "case file (TOML)")->required();
+  weave_app->add_option("-o,--output", weave_options.output, "results folder (default results/NAME)");
+  weave_app->add_option("--set", weave_options.overrides, "change a value: key.path=value")->type_name("KEY=VALUE");
+  weave_app->add_option("-j,--threads", weave_options.threads, "threads (default all)")->check(CLI::Range(1, 1024));
+  weave_app->add_flag("--resume", weave_options.resume, "go on from the checkpoint in the results folder");
+  weave_app->add_flag("-q,--quiet", weave_options.quiet, "no progress");
+
+  heddle::ViewOptions view;
+  CLI::App* view_app = app.add_subcommand("view", "Draw pictures of a result");
+  view_app->add_option("result", view.results, "results folder or .vtkhdf file")->required();
+  view_app->add_option("-o,--output", view.output, "folder for the pictures (default RESULT/pictures)");
+  view_app->add_option("--format", view.format, "png, svg or pdf")->check(CLI::IsMember({"png", "svg", "pdf"}));
+  view_app->add_option("--color", view.color, "yarn or stress")->check(CLI::IsMember({"yarn", "stress"}));
+  view_app->add_option("--x", view.sections_x, "cut at x [m]");
+  view_app->add_option("--y", view.sections_y, "cut at y [m]");
+  view_app->add_option("--width", view.width_px, "picture width [px]")->check(CLI::Range(200, 20000));
+  CLI11_PARSE(app, argc, argv);
+
+  try {
+    if (*check_app) return heddle::check_command(check);
+    if (*weave_app) return heddle::weave_command(weave_options);
+    if (view.output.empty()) {
+      view.output = (std::filesystem::is_directory(view.results) ? view.results : view.results.parent_path()) / "pictures";
+    }
+    for (const auto& file : heddle::view(view)) fmt::print("{}\n", file.string());
+    return 0;
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return 2;
+  }
+}

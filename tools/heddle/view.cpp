@@ -1,0 +1,716 @@
+#include "heddle/view.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <numeric>
+#include <optional>
+#include <stdexcept>
+
+#include "heddle/picture.hpp"
+#include "heddle/plot.hpp"
+#include "heddle/tubes.hpp"
+#include "weave/case.hpp"
+#include "weave/results.hpp"
+#include "weave/section.hpp"
+
+namespace heddle {
+
+namespace {
+
+using weave::SectionAxis;
+using weave::SectionCircle;
+using weave::Snapshot;
+using weave::Vec3;
+
+constexpr double mm = 1e3;
+constexpr double mega = 1e-6;
+
+struct Range {
+  double low = INFINITY, high = -INFINITY;
+  void add(double value) {
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  [[nodiscard]] double length() const { return high - low; }
+};
+
+/// What the pictures of one snapshot have in common.
+struct Scene {
+  const Snapshot& snapshot;
+  std::optional<weave::Case> spec;  ///< of the run, where the file tells
+  bool by_stress = false;
+  Range stress;   ///< of the color scale [Pa]
+  int warps = 0;  ///< number of the first weft
+  int width_px = 0;
+  double unit = 1;  ///< size of letters and gaps relative to a page 1600 px wide
+
+  [[nodiscard]] Color yarn(std::size_t fiber) const {
+    const bool weft = snapshot.weft[fiber] != 0;
+    return yarn_color(snapshot.yarn[fiber] - (weft ? warps : 0), weft);
+  }
+  [[nodiscard]] Color color(std::size_t fiber, double stress_here) const {
+    return by_stress ? scale_color((stress_here - stress.low) / stress.length()) : yarn(fiber);
+  }
+};
+
+std::size_t first_node(const Snapshot& s, std::size_t fiber) {
+  return static_cast<std::size_t>(s.offset[fiber]);
+}
+std::size_t end_node(const Snapshot& s, std::size_t fiber) {
+  return static_cast<std::size_t>(s.offset[fiber + 1]);
+}
+
+/// From the first to the 99th percentile, so that a few stray bars do not take the whole color scale, and from 0 where it is near.
+Range stress_range(const Snapshot& s) {
+  std::vector<double> values;
+  for (std::size_t fiber = 0; fiber < s.fibers(); ++fiber)
+    for (std::size_t node = first_node(s, fiber); node < end_node(s, fiber); ++node) values.push_back(s.stress(fiber, node));
+  std::sort(values.begin(), values.end());
+  Range range;
+  range.low = values[values.size() / 100];
+  range.high = values[values.size() - 1 - values.size() / 100];
+  if (range.low > 0 && range.low < 0.5 * range.high) range.low = 0;
+  if (range.length() <= 0) range.high = range.low + 1;
+  return range;
+}
+
+Scene make_scene(const weave::ResultsFile& results, const ViewOptions& options) {
+  Scene scene{.snapshot = results.snapshot, .spec = {}, .by_stress = options.color == "stress", .stress = {}};
+  if (!results.case_toml.empty()) scene.spec = weave::parse_case(results.case_toml, "/meta/case_toml");
+  if (scene.by_stress) scene.stress = stress_range(results.snapshot);
+  for (std::size_t fiber = 0; fiber < results.snapshot.fibers(); ++fiber)
+    if (results.snapshot.weft[fiber] == 0) scene.warps = std::max(scene.warps, results.snapshot.yarn[fiber] + 1);
+  scene.width_px = options.width_px;
+  scene.unit = options.width_px / 1600.0;
+  return scene;
+}
+
+// ---- pages at true scale ----
+
+/// A page with one frame in which both axes have the same scale.
+struct Page {
+  Frame frame;  ///< in mm
+  int height_px = 0;
+  double scale = 0;  ///< [px/m]
+};
+
+Page lay_out(const Scene& scene, Range u, Range v) {
+  const double unit = scene.unit;
+  const double left = 110 * unit, right = (scene.by_stress ? 150 : 40) * unit, top = 74 * unit, bottom = 80 * unit;
+  const double room = scene.width_px - left - right;
+  Page page;
+  page.scale = std::min(room / u.length(), 0.62 * scene.width_px / v.length());
+  page.frame.width = page.scale * u.length();
+  page.frame.height = page.scale * v.length();
+  page.frame.top_left = {left + (room - page.frame.width) / 2, top};
+  page.frame.u_min = u.low * mm;
+  page.frame.u_max = u.high * mm;
+  page.frame.v_min = v.low * mm;
+  page.frame.v_max = v.high * mm;
+  page.height_px = static_cast<int>(std::ceil(top + page.frame.height + bottom));
+  return page;
+}
+
+void draw_color_bar(Canvas& canvas, const Scene& scene, const Frame& frame) {
+  const double unit = scene.unit, width = 22 * unit, height = std::max(frame.height, 90 * unit);
+  const Point top{frame.right() + 34 * unit, frame.top_left.y + (frame.height - height) / 2};
+  Image colors{1, 256, {}};
+  for (int i = 0; i < 256; ++i) {
+    const Color c = scale_color((255 - i) / 255.0);
+    const auto byte = [](double value) { return static_cast<std::uint32_t>(std::lround(255 * value)); };
+    colors.pixels.push_back(0xff000000U | byte(c.red) << 16 | byte(c.green) << 8 | byte(c.blue));
+  }
+  canvas.image(colors, top, width, height);
+  canvas.frame(top, width, height, ink, 1.2 * unit);
+  const Range range{scene.stress.low * mega, scene.stress.high * mega};
+  const std::vector<double> values = ticks(range.low, range.high, height / (60 * unit));
+  const double step = values.size() > 1 ? values[1] - values[0] : 1;
+  for (const double value : values) {
+    const double y = top.y + height * (range.high - value) / range.length();
+    canvas.line({{top.x + width, y}, {top.x + width + 6 * unit, y}}, ink, 1.2 * unit);
+    canvas.text({top.x + width + 11 * unit, y}, tick_label(value, step), {15 * unit, ink});
+  }
+  canvas.text({top.x + width / 2, top.y - 18 * unit}, "stress [MPa]", {15 * unit, ink}, {0.4, 0.5});
+}
+
+void draw_yarn_legend(Canvas& canvas, const Frame& frame, double unit) {
+  const TextStyle style{16 * unit, ink};
+  const double side = 14 * unit, y = frame.top_left.y - 24 * unit;
+  double x = frame.right();
+  for (const bool weft : {true, false}) {
+    const std::string label = weft ? "wefts" : "warps";
+    x -= canvas.text_width(label, style);
+    canvas.text({x, y}, label, style);
+    x -= 8 * unit;
+    for (int i = 3; i >= 0; --i) {
+      x -= side;
+      canvas.rectangle({x, y - side / 2}, side, side, yarn_color(i, weft));
+    }
+    x -= 26 * unit;
+  }
+}
+
+/// A bar of a round length, about a tenth of the frame, at its lower right.
+void draw_scale_bar(Canvas& canvas, const Page& page, double unit) {
+  const double wanted = 0.16 * page.frame.width / page.scale * mm;
+  const double power = std::pow(10, std::floor(std::log10(wanted)));
+  const double length = wanted >= 5 * power ? 5 * power : wanted >= 2 * power ? 2 * power : power;
+  const double px = length / mm * page.scale;
+  const double x = page.frame.right() - px, y = page.frame.bottom() + 46 * unit;
+  canvas.rectangle({x, y - 3 * unit}, px, 6 * unit, ink);
+  canvas.text({x - 10 * unit, y}, fmt::format("{:g} mm", length), {16 * unit, ink}, {1, 0.5});
+}
+
+void draw_surroundings(Canvas& canvas, const Scene& scene, const Page& page, const std::string& title, const std::string& u_label,
+                       const std::string& v_label) {
+  const double unit = scene.unit;
+  draw_axes(canvas, page.frame, u_label, v_label, unit, false);
+  draw_scale_bar(canvas, page, unit);
+  canvas.text({110 * unit, 30 * unit}, title, {.size = 21 * unit, .color = ink, .bold = true});
+  std::string state = fmt::format("after {} picks, t = {:.4g} s", scene.snapshot.pick, scene.snapshot.time);
+  if (scene.spec && !scene.spec->name.empty()) state = (scene.spec->title.empty() ? scene.spec->name : scene.spec->title) + ", " + state;
+  canvas.text({110 * unit, 54 * unit}, state, {15 * unit, faint_ink});
+  if (scene.by_stress)
+    draw_color_bar(canvas, scene, page.frame);
+  else
+    draw_yarn_legend(canvas, page.frame, unit);
+}
+
+// ---- views ----
+
+enum class ViewFrom { side, above };
+
+/// Tubes as seen from a side, moved by `shift`.
+void add_tubes(const Scene& scene, ViewFrom from, const Vec3& shift, std::vector<Tube>& tubes) {
+  const Snapshot& s = scene.snapshot;
+  for (std::size_t fiber = 0; fiber < s.fibers(); ++fiber) {
+    Tube tube;
+    tube.radius = s.radius[fiber];
+    for (std::size_t node = first_node(s, fiber); node < end_node(s, fiber); ++node) {
+      const Vec3 x = s.x[node] + shift;
+      tube.points.push_back(from == ViewFrom::side ? Vec3(x.x(), x.z(), x.y()) : Vec3(x.x(), x.y(), -x.z()));
+      tube.colors.push_back(scene.color(fiber, s.stress(fiber, node)));
+    }
+    tubes.push_back(std::move(tube));
+  }
+}
+
+Image render(const Page& page, const std::vector<Tube>& tubes) {
+  constexpr int sharpness = 2;  // pixels of the rendering per pixel of the page, each way
+  const Frame& frame = page.frame;
+  return render_tubes(tubes, frame.u_min / mm, frame.v_min / mm, sharpness * page.scale,
+                      static_cast<int>(std::lround(sharpness * frame.width)), static_cast<int>(std::lround(sharpness * frame.height)));
+}
+
+/// The part of x that a view shows: the cell; or the cloth and the warps as far as the heddles.
+Range view_along_x(const Scene& scene) {
+  const Snapshot& s = scene.snapshot;
+  if (s.cell_length > 0) return {s.x_min, s.x_min + s.cell_length};
+  Range x;
+  for (std::size_t fiber = 0; fiber < s.fibers(); ++fiber)
+    for (std::size_t node = first_node(s, fiber); node < end_node(s, fiber); ++node)
+      if (s.weft[fiber] == 0 || scene.warps == 0) x.add(s.x[node].x());
+  if (scene.spec) x.high = std::min(x.high, scene.spec->loom.length);
+  return x;
+}
+
+/// Heights between the lowest and the highest surface of the warps, and of the wefts among them, within a range of x.
+Range heights(const Scene& scene, Range x) {
+  const Snapshot& s = scene.snapshot;
+  Range z;
+  for (std::size_t fiber = 0; fiber < s.fibers(); ++fiber)
+    for (std::size_t node = first_node(s, fiber); node < end_node(s, fiber); ++node)
+      if (s.x[node].x() >= x.low && s.x[node].x() <= x.high) {
+        z.add(s.x[node].z() - s.radius[fiber]);
+        z.add(s.x[node].z() + s.radius[fiber]);
+      }
+  const double margin = 0.06 * std::max(z.length(), 0.1 * x.length());
+  return {z.low - margin, z.high + margin};
+}
+
+void draw_side_view(const Scene& scene, const std::filesystem::path& file, const std::string& title) {
+  const Range x = view_along_x(scene);
+  const Page page = lay_out(scene, x, heights(scene, x));
+  Canvas canvas(file, scene.width_px, page.height_px);
+  std::vector<Tube> tubes;
+  const double period = scene.snapshot.cell_length;
+  for (const int image : {-1, 0, 1})
+    if (image == 0 || period > 0) add_tubes(scene, ViewFrom::side, Vec3(image * period, 0, 0), tubes);
+  canvas.image(render(page, tubes), page.frame.top_left, page.frame.width, page.frame.height);
+  draw_surroundings(canvas, scene, page, title, "x, warp direction [mm]", "z [mm]");
+  canvas.finish();
+}
+
+/// Where the wefts start along y, on the average: the start of a period.
+double weft_start(const Scene& scene) {
+  double sum = 0;
+  int count = 0;
+  for (std::size_t fiber = 0; fiber < scene.snapshot.fibers(); ++fiber)
+    if (scene.snapshot.weft[fiber] != 0) {
+      sum += scene.snapshot.x[first_node(scene.snapshot, fiber)].y();
+      ++count;
+    }
+  return count > 0 ? sum / count : 0;
+}
+
+/// Two periods along y, and two along x of a unit cell; what is repeated is drawn lighter.
+void draw_top_view(const Scene& scene, const std::filesystem::path& file) {
+  const Snapshot& s = scene.snapshot;
+  const Range cell = view_along_x(scene);
+  const double y = weft_start(scene);
+  const Page page = lay_out(scene, {cell.low, cell.high + s.cell_length}, {y, y + 2 * s.cell_width});
+  const Frame& frame = page.frame;
+  std::vector<Tube> tubes;
+  for (const int i : s.cell_length > 0 ? std::vector<int>{-1, 0, 1, 2} : std::vector<int>{0})
+    for (const int j : {-1, 0, 1, 2}) add_tubes(scene, ViewFrom::above, Vec3(i * s.cell_length, j * s.cell_width, 0), tubes);
+  const Image image = render(page, tubes);
+
+  Canvas canvas(file, scene.width_px, page.height_px);
+  canvas.image(image, frame.top_left, frame.width, frame.height, 0.45);
+  const Point corner = frame.at(cell.low * mm, (y + s.cell_width) * mm), opposite = frame.at(cell.high * mm, y * mm);
+  canvas.clip(corner, opposite.x - corner.x, opposite.y - corner.y);
+  canvas.rectangle(frame.top_left, frame.width, frame.height, white);
+  canvas.image(image, frame.top_left, frame.width, frame.height);
+  canvas.unclip();
+  draw_surroundings(canvas, scene, page, "View from above, one period and its repeats", "x, warp direction [mm]", "y, weft direction [mm]");
+  canvas.finish();
+}
+
+// ---- sections ----
+
+/// A stretch of a fiber that runs along the plane, nearer than its radius: the cut is a strip.
+struct Strip {
+  std::size_t fiber = 0;
+  std::vector<double> u, z;        ///< middle [m]
+  std::vector<double> half_width;  ///< [m]
+  std::vector<double> stress;      ///< [Pa]
+};
+
+std::vector<Strip> cut_strips(const Snapshot& s, SectionAxis axis, double value) {
+  constexpr int samples = 6;  // per element, so that the strips' ends come out round
+  const int n = axis == SectionAxis::x ? 0 : 1, u = 1 - n;
+  const double period = axis == SectionAxis::x ? s.cell_length : s.cell_width;
+  std::vector<Strip> strips;
+  for (std::size_t fiber = 0; fiber < s.fibers(); ++fiber) {
+    Strip strip{.fiber = fiber, .u = {}, .z = {}, .half_width = {}, .stress = {}};
+    const auto close = [&] {
+      if (strip.u.size() > 1) strips.push_back(strip);
+      strip = {.fiber = fiber, .u = {}, .z = {}, .half_width = {}, .stress = {}};
+    };
+    for (std::size_t node = first_node(s, fiber); node + 1 < end_node(s, fiber); ++node) {
+      const Vec3 element = s.x[node + 1] - s.x[node];
+      if (std::abs(element[n]) * weave::max_section_aspect >= element.norm()) {
+        close();
+        continue;
+      }
+      for (int i = 0; i <= samples; ++i) {
+        const double part = static_cast<double>(i) / samples;
+        const Vec3 x = s.x[node] + part * element;
+        double distance = x[n] - value;
+        if (period > 0) distance -= period * std::round(distance / period);
+        const double square = s.radius[fiber] * s.radius[fiber] - distance * distance;
+        if (square <= 0) {
+          close();
+          continue;
+        }
+        strip.u.push_back(x[u]);
+        strip.z.push_back(x.z());
+        strip.half_width.push_back(std::sqrt(square));
+        strip.stress.push_back(s.stress(fiber, node) + part * (s.stress(fiber, node + 1) - s.stress(fiber, node)));
+      }
+    }
+    close();
+  }
+  return strips;
+}
+
+void draw_strip(Canvas& canvas, const Scene& scene, const Page& page, const Strip& strip, double shift) {
+  std::vector<Point> upper, lower;
+  for (std::size_t i = 0; i < strip.u.size(); ++i) {
+    const std::size_t before = i == 0 ? 0 : i - 1, after = std::min(i + 1, strip.u.size() - 1);
+    const double du = strip.u[after] - strip.u[before], dz = strip.z[after] - strip.z[before];
+    const double length = std::max(std::hypot(du, dz), 1e-30), w = strip.half_width[i] / length;
+    upper.push_back(page.frame.at((strip.u[i] + shift - w * dz) * mm, (strip.z[i] + w * du) * mm));
+    lower.push_back(page.frame.at((strip.u[i] + shift + w * dz) * mm, (strip.z[i] - w * du) * mm));
+  }
+  if (!scene.by_stress) {
+    std::vector<Point> whole = upper;
+    whole.insert(whole.end(), lower.rbegin(), lower.rend());
+    canvas.polygon(whole, scene.yarn(strip.fiber));
+  }
+  for (std::size_t i = 0; scene.by_stress && i + 1 < upper.size(); ++i) {
+    const std::vector<Point> piece = {upper[i], upper[i + 1], lower[i + 1], lower[i]};
+    const Color fill = scene.color(strip.fiber, strip.stress[i]);
+    canvas.polygon(piece, fill);
+    canvas.outline(piece, fill, scene.unit);  // closes the seams between the pieces
+  }
+  const Color edge = mix(scene.yarn(strip.fiber), {0, 0, 0}, 0.45);
+  canvas.line(upper, edge, scene.unit);
+  canvas.line(lower, edge, scene.unit);
+}
+
+std::vector<Point> convex_hull(std::vector<Point> points) {
+  std::sort(points.begin(), points.end(), [](Point a, Point b) { return a.x < b.x || (a.x == b.x && a.y < b.y); });
+  const auto turn = [](Point o, Point a, Point b) { return (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x); };
+  std::vector<Point> hull;
+  for (const bool back : {false, true}) {
+    const std::size_t start = hull.size();
+    for (const Point& p : points) {
+      while (hull.size() >= start + 2 && turn(hull[hull.size() - 2], hull.back(), p) <= 0) hull.pop_back();
+      hull.push_back(p);
+    }
+    hull.pop_back();
+    if (!back) std::reverse(points.begin(), points.end());
+  }
+  return hull;
+}
+
+/// Points on the rim of an ellipse, u and z.
+std::vector<Point> rim(const SectionCircle& circle) {
+  std::vector<Point> points;
+  for (int i = 0; i < 24; ++i) {
+    const double turn = 2 * std::numbers::pi * i / 24;
+    const double a = circle.aspect * circle.radius * std::cos(turn), b = circle.radius * std::sin(turn);
+    points.push_back({circle.u + a * std::cos(circle.angle) - b * std::sin(circle.angle),
+                      circle.z + a * std::sin(circle.angle) + b * std::cos(circle.angle)});
+  }
+  return points;
+}
+
+/// Convex outlines of the yarns whose fibers all cross the plane just once.
+std::map<int, std::vector<Point>> yarn_outlines(const Snapshot& s, const std::vector<SectionCircle>& circles) {
+  std::map<int, int> fibers, crossings;
+  std::map<int, std::vector<Point>> points;
+  for (const int yarn : s.yarn) ++fibers[yarn];
+  for (const SectionCircle& circle : circles) {
+    ++crossings[circle.yarn];
+    const std::vector<Point> more = rim(circle);
+    points[circle.yarn].insert(points[circle.yarn].end(), more.begin(), more.end());
+  }
+  std::map<int, std::vector<Point>> outlines;
+  for (const auto& [yarn, count] : crossings)
+    if (count == fibers[yarn] && count > 1) outlines[yarn] = convex_hull(points[yarn]);
+  return outlines;
+}
+
+struct SectionPlane {
+  SectionAxis axis = SectionAxis::x;
+  double value = 0;     ///< [m]
+  std::string meaning;  ///< what lies there, for the title
+};
+
+void draw_section(const Scene& scene, const SectionPlane& plane, const std::filesystem::path& file) {
+  const Snapshot& s = scene.snapshot;
+  std::vector<SectionCircle> circles = cut_section(s, plane.axis, plane.value);
+  std::erase_if(circles, [](const SectionCircle& c) { return c.aspect >= weave::max_section_aspect; });  // drawn as strips
+  const std::vector<Strip> strips = cut_strips(s, plane.axis, plane.value);
+  const std::map<int, std::vector<Point>> outlines = yarn_outlines(s, circles);
+
+  Range z, across;
+  for (const SectionCircle& c : circles) {
+    z.add(c.z - c.aspect * c.radius);
+    z.add(c.z + c.aspect * c.radius);
+    across.add(c.u);
+  }
+  for (const Strip& strip : strips)
+    for (std::size_t i = 0; i < strip.u.size(); ++i) {
+      z.add(strip.z[i] - strip.half_width[i]);
+      z.add(strip.z[i] + strip.half_width[i]);
+      across.add(strip.u[i]);
+    }
+  if (!std::isfinite(z.low)) z = {-0.1 * s.cell_width, 0.1 * s.cell_width};
+  const double margin = 0.08 * z.length();
+  z = {z.low - margin, z.high + margin};
+
+  // Whole periods, as many as make a picture wider than high.
+  const double period = section_period(s, plane.axis);
+  const double start = plane.axis == SectionAxis::x ? weft_start(scene) : s.x_min;
+  const int periods = period > 0 ? std::clamp(static_cast<int>(std::ceil(1.8 * z.length() / period)), 1, 3) : 1;
+  const Range u = period > 0 ? Range{start, start + periods * period} : Range{s.x_min, s.x_max};
+  const Page page = lay_out(scene, u, z);
+  Canvas canvas(file, scene.width_px, page.height_px);
+  canvas.clip(page.frame.top_left, page.frame.width, page.frame.height);
+  const int from = period > 0 ? static_cast<int>(std::floor((u.low - across.high) / period)) - 1 : 0;
+  const int to = period > 0 ? static_cast<int>(std::ceil((u.high - across.low) / period)) + 1 : 0;
+  for (int image = from; image <= to; ++image)
+    for (const Strip& strip : strips) draw_strip(canvas, scene, page, strip, image * period);
+  for (int image = from; image <= to; ++image) {
+    const double shift = image * period;
+    for (const auto& [yarn, outline] : outlines) {
+      std::vector<Point> points;
+      for (const Point& p : outline) points.push_back(page.frame.at((p.x + shift) * mm, p.y * mm));
+      const Color color = yarn_color(yarn < scene.warps ? yarn : yarn - scene.warps, yarn >= scene.warps);
+      canvas.polygon(points, color, 0.16);
+      canvas.outline(points, mix(color, {0, 0, 0}, 0.15), 1.2 * scene.unit);
+    }
+    for (const SectionCircle& c : circles)
+      canvas.ellipse(page.frame.at((c.u + shift) * mm, c.z * mm), c.aspect * c.radius * page.scale, c.radius * page.scale, -c.angle,
+                     scene.color(c.fiber, c.stress), mix(scene.yarn(c.fiber), {0, 0, 0}, 0.45), scene.unit);
+  }
+  for (int i = 1; i < periods; ++i) {
+    const double at = (start + i * period) * mm;
+    canvas.line({page.frame.at(at, page.frame.v_min), page.frame.at(at, page.frame.v_max)}, faint_ink, scene.unit, true);
+  }
+  canvas.unclip();
+  const bool normal_to_x = plane.axis == SectionAxis::x;
+  const std::string title = fmt::format("Section at {} = {} mm", normal_to_x ? "x" : "y", tick_label(plane.value * mm, 1e-3));
+  draw_surroundings(canvas, scene, page, plane.meaning.empty() ? title : title + ", " + plane.meaning,
+                    normal_to_x ? "y, weft direction [mm]" : "x, warp direction [mm]", "z [mm]");
+  canvas.finish();
+}
+
+/// Mean coordinate of each warp or weft within the cloth, by yarn number.
+std::map<int, double> mean_positions(const Snapshot& s, bool weft) {
+  std::map<int, std::pair<double, int>> sums;
+  for (std::size_t fiber = 0; fiber < s.fibers(); ++fiber) {
+    if ((s.weft[fiber] != 0) != weft) continue;
+    auto& [sum, count] = sums[s.yarn[fiber]];
+    for (std::size_t node = first_node(s, fiber); node < end_node(s, fiber); ++node) {
+      const Vec3& x = s.x[node];
+      if (!weft && s.x_max > s.x_min && (x.x() < s.x_min || x.x() > s.x_max)) continue;
+      sum += x[weft ? 0 : 1];
+      ++count;
+    }
+  }
+  std::map<int, double> means;
+  for (const auto& [yarn, sum] : sums)
+    if (sum.second > 0) means[yarn] = sum.first / sum.second;
+  return means;
+}
+
+/// Means of the groups that positions fall into, sorted; a gap wider than `gap` separates two groups.
+std::vector<double> group_means(const std::map<int, double>& positions, double gap) {
+  std::vector<double> sorted, means;
+  for (const auto& [yarn, position] : positions) sorted.push_back(position);
+  std::sort(sorted.begin(), sorted.end());
+  for (std::size_t first = 0, i = 1; i <= sorted.size(); ++i)
+    if (i == sorted.size() || sorted[i] - sorted[i - 1] > gap) {
+      means.push_back(std::accumulate(&sorted[first], &sorted[first] + (i - first), 0.0) / static_cast<double>(i - first));
+      first = i;
+    }
+  return means;
+}
+
+std::vector<double> warp_section_positions(const Scene& scene) {
+  const std::map<int, double> means = mean_positions(scene.snapshot, false);
+  const double radius = *std::max_element(scene.snapshot.radius.begin(), scene.snapshot.radius.end());
+  if (!scene.spec) return group_means(means, radius);
+  std::vector<double> positions;
+  int warp = 0;
+  for (const weave::WarpSection& section : scene.spec->sections) {
+    double sum = 0;
+    int count = 0;
+    for (const int end = warp + static_cast<int>(section.matrix.cols()); warp < end; ++warp)
+      if (const auto mean = means.find(warp); mean != means.end()) {
+        sum += mean->second;
+        ++count;
+      }
+    if (count > 0) positions.push_back(sum / count);
+  }
+  return positions;
+}
+
+/// Middles of the weft columns along x.
+std::vector<double> column_positions(const Scene& scene) {
+  const std::map<int, double> means = mean_positions(scene.snapshot, true);
+  const double radius = *std::max_element(scene.snapshot.radius.begin(), scene.snapshot.radius.end());
+  if (!scene.spec) return group_means(means, 3 * radius);
+  std::map<int, std::pair<double, int>> columns;
+  for (const auto& [yarn, x] : means) {
+    auto& [sum, count] = columns[(yarn - scene.warps) / scene.spec->layers];
+    sum += x;
+    ++count;
+  }
+  std::vector<double> positions;
+  for (const auto& [column, sum] : columns) positions.push_back(sum.first / sum.second);
+  std::sort(positions.begin(), positions.end());
+  return positions;
+}
+
+std::vector<SectionPlane> section_planes(const Scene& scene, const ViewOptions& options) {
+  std::vector<SectionPlane> planes;
+  for (const double x : options.sections_x) planes.push_back({SectionAxis::x, x, ""});
+  for (const double y : options.sections_y) planes.push_back({SectionAxis::y, y, ""});
+  if (!planes.empty()) return planes;
+  const std::vector<double> columns = column_positions(scene), sections = warp_section_positions(scene);
+  if (!columns.empty()) {
+    const double last = columns.back();
+    const double before = columns.size() > 1 ? columns[columns.size() - 2] : last - scene.snapshot.cell_length;
+    planes.push_back({SectionAxis::x, last, "through the last weft column"});
+    if (before < last) planes.push_back({SectionAxis::x, (before + last) / 2, "between weft columns"});
+  }
+  for (std::size_t i = 0; i < sections.size(); ++i)
+    planes.push_back({SectionAxis::y, sections[i], fmt::format("along the warps of section {}", i + 1)});
+  return planes;
+}
+
+// ---- curves ----
+
+constexpr Color blue{0.17, 0.42, 0.69}, red{0.80, 0.22, 0.18}, green{0.18, 0.56, 0.36}, violet{0.45, 0.35, 0.68};
+
+std::vector<double> times(const std::vector<double>& values, double factor) {
+  std::vector<double> scaled;
+  scaled.reserve(values.size());
+  for (const double value : values) scaled.push_back(value * factor);
+  return scaled;
+}
+
+double largest(const std::vector<double>& values) {
+  double most = 0;
+  for (const double value : values) most = std::max(most, std::abs(value));
+  return most;
+}
+
+/// Draws curves of one history; what they share.
+struct Curves {
+  const weave::History& history;
+  std::filesystem::path folder;
+  std::string extension;
+  int width_px = 0;
+  std::vector<std::filesystem::path>& written;
+
+  Unit time_unit = readable_unit(history.time_s.back(), "s");
+  std::vector<double> time = times(history.time_s, time_unit.factor);
+
+  [[nodiscard]] Plot plot(const std::string& title, const std::string& v_label) const {
+    Plot plot;
+    plot.title = title;
+    plot.u_label = "time [" + time_unit.name + "]";
+    plot.v_label = v_label;
+    for (std::size_t i = 0; i < time.size() && history.pick.size() == time.size(); ++i)
+      if (i == 0 || history.pick[i] != history.pick[i - 1]) plot.bands.push_back(i == 0 ? 0 : time[i - 1]);
+    if (!plot.bands.empty()) plot.bands.push_back(time.back());
+    return plot;
+  }
+
+  void draw(const std::string& name, const std::vector<Plot>& plots, const std::vector<double>& heights) {
+    const std::filesystem::path file = folder / ("curve_" + name + "." + extension);
+    const double unit = width_px / 1600.0;
+    const double total = std::accumulate(heights.begin(), heights.end(), 0.0);
+    Canvas canvas(file, width_px, static_cast<int>(std::lround(total * unit)));
+    double top = 0;
+    for (std::size_t i = 0; i < plots.size(); ++i) {
+      draw_plot(canvas, plots[i], {0, top}, width_px, heights[i] * unit, unit);
+      top += heights[i] * unit;
+    }
+    canvas.finish();
+    written.push_back(file);
+  }
+};
+
+void draw_reed_load(Curves& curves) {
+  const weave::History& h = curves.history;
+  const Unit force = readable_unit(largest(h.reed_load_N), "N");
+  Plot plot = curves.plot("Reed load per unit cell", "reed load [" + force.name + "]");
+  plot.from_zero = true;
+  plot.series.push_back({"load", blue, curves.time, times(h.reed_load_N, force.factor)});
+  plot.series.push_back(
+      {"largest of each beat-up", red, times(h.beat_time_s, curves.time_unit.factor), times(h.reed_load_per_beat_N, force.factor), true});
+  curves.draw("reed_load", {plot}, {760});
+}
+
+void draw_warp_tension(Curves& curves) {
+  const Unit force = readable_unit(largest(curves.history.warp_tension_N), "N");
+  Plot plot = curves.plot("Warp tension, mean over the warps", "tension per yarn [" + force.name + "]");
+  plot.from_zero = true;
+  plot.series.push_back({"", blue, curves.time, times(curves.history.warp_tension_N, force.factor)});
+  curves.draw("warp_tension", {plot}, {760});
+}
+
+void draw_overlap(Curves& curves) {
+  Plot plot = curves.plot("Largest contact overlap", "overlap [fiber diameters]");
+  plot.from_zero = true;
+  plot.series.push_back({"", blue, curves.time, curves.history.overlap});
+  curves.draw("overlap", {plot}, {760});
+}
+
+std::vector<double> sum_of(const std::vector<const std::vector<double>*>& columns) {
+  std::vector<double> sum(columns.front()->size());
+  for (const std::vector<double>* column : columns)
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += (*column)[i];
+  return sum;
+}
+
+void draw_energy(Curves& curves) {
+  const weave::History& h = curves.history;
+  const std::vector<double> stored = sum_of({&h.kinetic_J, &h.bars_J, &h.contact_J, &h.friction_store_J, &h.heddle_J});
+  const std::vector<double> lost = sum_of({&h.slip_J, &h.damping_J});
+  const std::vector<double> put_in = sum_of({&h.work_tension_J, &h.work_reed_J, &h.work_heddle_J, &h.work_take_up_J, &h.work_insertion_J});
+  const Unit energy = readable_unit(std::max({largest(stored), largest(lost), largest(put_in)}), "J");
+  const Unit small = readable_unit(largest(h.residual_J), "J");
+  Plot ledger = curves.plot("Energy ledger", "energy [" + energy.name + "]");
+  ledger.u_label = "";
+  ledger.series.push_back({"put in", blue, curves.time, times(put_in, energy.factor)});
+  ledger.series.push_back({"lost to slip and damping", red, curves.time, times(lost, energy.factor)});
+  ledger.series.push_back({"stored", green, curves.time, times(stored, energy.factor)});
+  Plot residual = curves.plot("Residual: stored + lost \u2212 put in", "residual [" + small.name + "]");
+  residual.series.push_back({"", violet, curves.time, times(h.residual_J, small.factor)});
+  curves.draw("energy", {ledger, residual}, {660, 400});
+}
+
+void draw_curves(const weave::History& history, const ViewOptions& options, std::vector<std::filesystem::path>& written) {
+  if (history.time_s.empty()) return;
+  for (const std::vector<double>* column :
+       {&history.reed_load_N, &history.warp_tension_N, &history.overlap, &history.kinetic_J, &history.bars_J, &history.contact_J,
+        &history.friction_store_J, &history.heddle_J, &history.slip_J, &history.damping_J, &history.work_tension_J, &history.work_reed_J,
+        &history.work_heddle_J, &history.work_take_up_J, &history.work_insertion_J, &history.residual_J})
+    if (column->size() != history.time_s.size())
+      throw std::runtime_error(fmt::format("{}: /history: a column has {} rows where time_s has {}", options.results.string(),
+                                           column->size(), history.time_s.size()));
+  if (history.beat_time_s.size() != history.reed_load_per_beat_N.size())
+    throw std::runtime_error(fmt::format("{}: /history: beat_time_s has {} rows, reed_load_per_beat_N {}", options.results.string(),
+                                         history.beat_time_s.size(), history.reed_load_per_beat_N.size()));
+  Curves curves{history, options.output, options.format, options.width_px, written};
+  draw_reed_load(curves);
+  draw_warp_tension(curves);
+  draw_energy(curves);
+  draw_overlap(curves);
+}
+
+void check(const ViewOptions& options) {
+  const auto expect = [](bool fine, const std::string& message) {
+    if (!fine) throw std::runtime_error(message);
+  };
+  expect(options.format == "png" || options.format == "svg" || options.format == "pdf",
+         "format = " + options.format + ": must be png, svg or pdf");
+  expect(options.color == "yarn" || options.color == "stress", "color = " + options.color + ": must be yarn or stress");
+  expect(options.width_px >= 400 && options.width_px <= 16000, fmt::format("width = {}: must be 400 to 16000 px", options.width_px));
+}
+
+}  // namespace
+
+std::vector<std::filesystem::path> view(const ViewOptions& options) {
+  check(options);
+  const bool is_folder = std::filesystem::is_directory(options.results);
+  const std::filesystem::path main_file = is_folder ? options.results / "weave.vtkhdf" : options.results;
+  const std::filesystem::path cell_file = options.results / "cell.vtkhdf";
+  const bool has_cell = is_folder && std::filesystem::exists(cell_file);
+  const weave::ResultsFile main = weave::read_results(main_file);
+  std::optional<weave::ResultsFile> cell;
+  if (has_cell) cell = weave::read_results(cell_file);
+  std::filesystem::create_directories(options.output);
+
+  std::vector<std::filesystem::path> written;
+  const auto next = [&](const std::string& name) {
+    written.push_back(options.output / (name + "." + options.format));
+    return written.back();
+  };
+  if (cell && main.snapshot.fibers() > 0) draw_side_view(make_scene(main, options), next("loom_side"), "Loom, side view");
+  const weave::ResultsFile& shown = cell ? *cell : main;
+  if (shown.snapshot.fibers() > 0) {
+    const Scene scene = make_scene(shown, options);
+    draw_side_view(scene, next("side"), shown.snapshot.cell_length > 0 ? "Unit cell, side view" : "Side view");
+    draw_top_view(scene, next("top"));
+    for (const SectionPlane& plane : section_planes(scene, options))
+      draw_section(scene, plane, next(fmt::format("section_{}_{:.3f}mm", plane.axis == SectionAxis::x ? "x" : "y", plane.value * mm)));
+  }
+  draw_curves(main.history, options, written);
+  return written;
+}
+
+}  // namespace heddle
