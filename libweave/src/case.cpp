@@ -170,6 +170,7 @@ std::string to_toml(const Case& c) {
   t.write("damping", c.numerics.damping);
   t.write("axial_damping", c.numerics.axial_damping);
   t.write("skin", c.numerics.skin);
+  t.write("outer_skin", c.numerics.outer_skin);
 
   t.heading("[output]");
   t.write("snapshots_per_pick", c.output.snapshots_per_pick);

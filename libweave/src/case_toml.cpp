@@ -530,6 +530,7 @@ void read_numerics(TableReader table, NumericsSpec& numerics) {
   numerics.damping = table.quantity("damping", Dimension::per_time, not_negative, numerics.damping);
   numerics.axial_damping = table.quantity("axial_damping", Dimension::number, not_negative, numerics.axial_damping);
   numerics.skin = table.quantity("skin", Dimension::number, {0, 10, true}, numerics.skin);
+  numerics.outer_skin = table.quantity("outer_skin", Dimension::number, {0, 10, true}, numerics.outer_skin);
   table.report_unknown();
 }
 

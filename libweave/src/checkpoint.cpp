@@ -81,10 +81,11 @@ void write_checkpoint(const std::filesystem::path& path, const Checkpoint& c) {
   const Flows& w = s.flows;
   file.write("/state/scalars",
              std::vector<double>{s.time, s.dt, w.slip, w.damping, w.tension, w.reed, w.heddle, w.take_up});
-  file.write("/state/counters", std::vector<std::int64_t>{s.step, s.searches, s.late_searches, s.calm_steps});
+  file.write("/state/counters", std::vector<std::int64_t>{s.step, s.searches, s.picks_of_active, s.late_searches, s.calm_steps});
   write_vectors(file, "/state/x", s.x);
   write_vectors(file, "/state/v", s.v);
   write_vectors(file, "/state/x_build", s.x_build);
+  write_vectors(file, "/state/x_pick", s.x_pick);
   std::vector<std::int64_t> places;
   std::vector<double> springs;
   for (const LineContact& k : s.contacts.line) {
@@ -103,6 +104,10 @@ void write_checkpoint(const std::filesystem::path& path, const Checkpoint& c) {
   file.write("/contacts/crossing", places);
   file.write("/contacts/crossing_spring", springs);
   file.write("/contacts/crossing_of", s.contacts.crossing_of);
+  file.write("/contacts/active_line", s.contacts.active_line.number);
+  file.write("/contacts/active_line_of", s.contacts.active_line.of);
+  file.write("/contacts/active_crossing", s.contacts.active_crossing.number);
+  file.write("/contacts/active_crossing_of", s.contacts.active_crossing.of);
   write_history(file, c.history);
   file.commit();
 }
@@ -131,11 +136,13 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
   const std::vector<std::int64_t> k = file.read<std::int64_t>("/state/counters");
   s.step = k[0];
   s.searches = k[1];
-  s.late_searches = k[2];
-  s.calm_steps = static_cast<int>(k[3]);
+  s.picks_of_active = k[2];
+  s.late_searches = k[3];
+  s.calm_steps = static_cast<int>(k[4]);
   s.x = read_vectors(file, "/state/x");
   s.v = read_vectors(file, "/state/v");
   s.x_build = read_vectors(file, "/state/x_build");
+  s.x_pick = read_vectors(file, "/state/x_pick");
   std::vector<std::int64_t> places = file.read<std::int64_t>("/contacts/line");
   std::vector<double> springs = file.read<double>("/contacts/line_spring");
   for (std::size_t i = 0; 3 * i < places.size(); ++i) {
@@ -159,6 +166,10 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
     l.stiffness = springs[3 * i + 2];
   }
   s.contacts.crossing_of = file.read<std::uint32_t>("/contacts/crossing_of");
+  s.contacts.active_line.number = file.read<std::uint32_t>("/contacts/active_line");
+  s.contacts.active_line.of = file.read<std::uint32_t>("/contacts/active_line_of");
+  s.contacts.active_crossing.number = file.read<std::uint32_t>("/contacts/active_crossing");
+  s.contacts.active_crossing.of = file.read<std::uint32_t>("/contacts/active_crossing_of");
   c.history = read_history(file);
   return c;
 }

@@ -9,6 +9,8 @@ namespace {
 /// Near a bar's end the neighbor bar may be closer: it is looked at within this fraction of the length.
 constexpr double end_zone = 0.2;
 constexpr int walk_limit = 8;
+/// Two bars are equally close at the vertex they share: the one at hand is kept against round-off, as their angles, and shares, differ.
+constexpr double nearer = 1 - 1e-9;
 
 struct Step {
   bool exists = false;
@@ -106,10 +108,21 @@ struct Target {
   std::span<double> stiffness;
 };
 
+/// Most listed contacts are apart: seen from the bar at hand, before anything else is computed.
+bool clearly_apart(const FiberGeometry& g, const LineContact& c, double period_y, double reach) {
+  Vec3 r = g.x[c.node] - g.x[c.segment];
+  r.y() -= c.image * period_y;
+  const double along = r.dot(g.bar_tangent[c.segment]);
+  if (along < 0 || along > g.bar_length[c.segment]) return false;
+  // A kink of the touched fiber may bring its neighbor bar nearer by a few percent.
+  return r.squaredNorm() - along * along > 1.1 * reach * reach;
+}
+
 void line_contact(const Target& at, LineContact& c, Reaction& reaction, ContactSums& sums) {
   const Model& m = at.model;
   const FiberGeometry& g = at.g;
   reaction.active = false;
+  if (c.stiffness == 0 && clearly_apart(g, c, m.period_y, m.pair_law(at.fiber, m.fiber_of[c.segment]).reach)) return;
   const PolylinePoint q = walk_to_point(m, g, g.x[c.node], c.segment, c.image);
   const PairLaw& law = m.pair_law(at.fiber, m.fiber_of[c.segment]);
   if (q.distance2 >= law.reach * law.reach) return release(c, sums.slip_loss);
@@ -298,7 +311,7 @@ PolylinePoint walk_to_point(const Model& m, const FiberGeometry& g, const Vec3& 
     }
     if (!to.exists) break;
     const OnBar there = nearest_on_bar(g, point, to.segment, (image + to.wrap) * m.period_y);
-    if (there.distance2 >= here.distance2) break;
+    if (there.distance2 >= nearer * here.distance2) break;
     here = there;
     segment = to.segment;
     image += to.wrap;
@@ -313,7 +326,7 @@ PolylinePair walk_to_pair(const Model& m, const FiberGeometry& g, std::uint32_t&
     const std::uint32_t na = on_a ? to.segment : a, nb = on_a ? b : to.segment;
     const std::int32_t ni = image + (on_a ? -to.wrap : to.wrap);
     const PolylinePair there = nearest_on_bars(g, na, nb, ni * m.period_y);
-    if (there.distance2 >= here.distance2) return false;
+    if (there.distance2 >= nearer * here.distance2) return false;
     here = there;
     a = na;
     b = nb;
@@ -335,25 +348,27 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
                               ContactList& contacts, std::span<Vec3> force, std::span<double> stiffness) {
   ContactSums sums;
   const Target at{model, geometry, fiber, dt, with_energy, force, stiffness};
-  for (std::uint32_t i = contacts.line_of[fiber]; i < contacts.line_of[fiber + 1]; ++i) {
+  ActiveContacts& lines = contacts.active_line;
+  for (std::uint32_t i = lines.of[fiber]; i < lines.of[fiber + 1]; ++i) {
+    LineContact& contact = contacts.line[lines.number[i]];
     if (model.node_contact) {
-      node_contact(at, contacts.line[i], contacts.line_reaction[i], sums);
+      node_contact(at, contact, lines.reaction[i], sums);
     } else {
-      line_contact(at, contacts.line[i], contacts.line_reaction[i], sums);
+      line_contact(at, contact, lines.reaction[i], sums);
     }
   }
-  for (std::uint32_t i = contacts.crossing_of[fiber]; i < contacts.crossing_of[fiber + 1]; ++i) {
-    crossing_contact(at, contacts.crossing[i], contacts.crossing_reaction[i], sums);
+  ActiveContacts& crossings = contacts.active_crossing;
+  for (std::uint32_t i = crossings.of[fiber]; i < crossings.of[fiber + 1]; ++i) {
+    crossing_contact(at, contacts.crossing[crossings.number[i]], crossings.reaction[i], sums);
   }
   return sums;
 }
 
 void gather_reactions(const ContactList& contacts, std::uint32_t fiber, std::span<Vec3> force, std::span<double> stiffness) {
-  for (std::uint32_t i = contacts.line_target_of[fiber]; i < contacts.line_target_of[fiber + 1]; ++i) {
-    add_reaction(contacts.line_reaction[contacts.line_target[i]], force, stiffness);
-  }
-  for (std::uint32_t i = contacts.crossing_target_of[fiber]; i < contacts.crossing_target_of[fiber + 1]; ++i) {
-    add_reaction(contacts.crossing_reaction[contacts.crossing_target[i]], force, stiffness);
+  for (const ActiveContacts* active : {&contacts.active_line, &contacts.active_crossing}) {
+    for (std::uint32_t i = active->target_of[fiber]; i < active->target_of[fiber + 1]; ++i) {
+      add_reaction(active->reaction[active->target[i]], force, stiffness);
+    }
   }
 }
 

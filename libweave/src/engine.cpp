@@ -12,7 +12,7 @@ namespace {
 /// Weight of the implicit axial terms: 1/4 is the variational scheme of Stern & Grinspun (2009) with its stiffest modes at the edge of the
 /// sampling; 1/2 keeps them a quarter turn inside it.
 constexpr double implicit_weight = 0.5;
-/// A search falls due a little before half the skin is used up, so that none is late.
+/// A search or a pick falls due a little before half its skin is used up, so that none is late.
 constexpr double search_due = 0.45;
 constexpr double step_growth = 1.05;
 constexpr int calm_steps_to_grow = 50;
@@ -35,12 +35,13 @@ Flows& Flows::operator+=(const Flows& o) {
 
 Engine::Engine(Model model, State state, const EngineOptions& options)
     : model_(std::move(model)), state_(std::move(state)), options_(options) {
+  options_.outer_skin = std::max(options_.outer_skin, options_.skin);
   const std::size_t n = model_.nodes();
   bar_tangent_.assign(n, Vec3::Zero());
   node_tangent_.assign(n, Vec3::UnitX());
   force_.assign(n, Vec3::Zero());
   velocity_change_.assign(n, Vec3::Zero());
-  for (auto* a : {&bar_length_, &node_chord_, &stiffness_, &tension_, &axial_, &diagonal_, &upper_, &multiplier_, &corner_}) a->assign(n, 0);
+  for (auto* a : {&bar_length_, &node_chord_, &stiffness_, &tension_, &axial_, &diagonal_, &upper_, &multiplier_, &corner_, &bar_rate_}) a->assign(n, 0);
   per_fiber_.resize(model_.fibers());
   for (std::uint32_t f = 0; f < model_.fibers(); ++f) refresh_geometry(f);
   const bool fresh = state_.x_build.size() != n;
@@ -67,11 +68,11 @@ void Engine::refresh_geometry(std::uint32_t f) {
   for (std::uint32_t s = begin; s < last; ++s) {
     const Vec3 r = x[s + 1] - x[s];
     bar_length_[s] = r.norm();
-    bar_tangent_[s] = r / bar_length_[s];
+    bar_tangent_[s] = (1 / bar_length_[s]) * r;
   }
   const auto set = [&](std::uint32_t p, const Vec3& chord) {
     node_chord_[p] = chord.norm();
-    node_tangent_[p] = chord / node_chord_[p];
+    node_tangent_[p] = (1 / node_chord_[p]) * chord;
   };
   for (std::uint32_t p = begin + 1; p < last; ++p) set(p, x[p + 1] - x[p - 1]);
   if (model_.periodic[f]) {
@@ -86,9 +87,18 @@ void Engine::refresh_geometry(std::uint32_t f) {
 
 void Engine::search() {
   const auto start = std::chrono::steady_clock::now();
-  neighbor_search_.build(model_, geometry(), options_.skin, options_.active_x_max, state_.contacts);
+  neighbor_search_.build(model_, geometry(), options_.outer_skin, options_.active_x_max, state_.contacts);
   state_.x_build = state_.x;
   ++state_.searches;
+  times_.search += seconds_since(start);
+  pick();
+}
+
+void Engine::pick() {
+  const auto start = std::chrono::steady_clock::now();
+  pick_active(model_, geometry(), options_.skin, state_.contacts);
+  state_.x_pick = state_.x;
+  ++state_.picks_of_active;
   times_.search += seconds_since(start);
 }
 
@@ -103,14 +113,15 @@ void Engine::add_bar_forces(std::uint32_t f, bool with_energy) {
   PerFiber& sums = per_fiber_[f];
   const double ea = type.youngs_modulus * type.area;
   const double dt = state_.dt;
+  const double c = axial_damping(type);
   for (std::uint32_t s = begin; s < last; ++s) {
     const double rest = model_.rest_length[s];
     const double stretch = bar_length_[s] - rest;
     const double k = ea / rest * (stretch < 0 ? type.compression_factor : 1);
-    const double c = axial_damping(type);
     const double pull = k * stretch;
     const double rate = (state_.v[s + 1] - state_.v[s]).dot(bar_tangent_[s]);
     tension_[s] = pull;
+    bar_rate_[s] = rate;
     // Always the taut stiffness: an added inertia that came and went with the sign of the stretch would make energy.
     axial_[s] = (model_.implicit_axial ? implicit_weight * dt * dt * ea / rest : 0) + dt * c;
     const Vec3 on_first = (pull + c * rate) * bar_tangent_[s];
@@ -171,7 +182,7 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
   PerFiber& sums = per_fiber_[f];
   const double slip = sums.flows.slip;
   sums.stored = {};
-  sums.frequency2 = sums.moved2 = sums.speed2 = 0;
+  sums.frequency2 = sums.moved2 = sums.moved_pick2 = sums.speed2 = 0;
   sums.finite = true;
   const std::uint32_t begin = model_.first[f], last = model_.last(f), end = begin + model_.own_nodes(f);
   const bool closed = model_.periodic[f];
@@ -185,6 +196,7 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
       state_.v[p] = drive.reed_velocity;
       state_.x[p] += dt * drive.reed_velocity;
       sums.moved2 = std::max(sums.moved2, (state_.x[p] - state_.x_build[p]).squaredNorm());
+      sums.moved_pick2 = std::max(sums.moved_pick2, (state_.x[p] - state_.x_pick[p]).squaredNorm());
     }
     sums.speed2 = drive.reed_velocity.squaredNorm();
     refresh_geometry(f);
@@ -259,10 +271,10 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
 
   // Ledger of the bars' damping and of what the implicit terms store, at the middle of the velocity's change.
   const FiberType& type = model_.type_of(f);
+  const double c = axial_damping(type);
   for (std::uint32_t s = begin; s < last; ++s) {
-    const double c = axial_damping(type);
-    const double before = (state_.v[s + 1] - state_.v[s]).dot(bar_tangent_[s]);
-    const double after = before + (w[s + 1] - w[s]).dot(bar_tangent_[s]);
+    const double before = bar_rate_[s];
+    const double after = before + (any_implicit ? multiplier_[s] / axial_[s] : (w[s + 1] - w[s]).dot(bar_tangent_[s]));
     const double lost = dt * c * after * 0.5 * (before + after);
     sums.flows.damping += lost;
     if (with_energy) {
@@ -300,7 +312,10 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
     state_.x[p] += dt * after;
     const double moved2 = (state_.x[p] - state_.x_build[p]).squaredNorm();
     if (!(moved2 < 1e12)) sums.finite = false;
-    if (state_.x[p].x() <= options_.active_x_max) sums.moved2 = std::max(sums.moved2, moved2);
+    if (state_.x[p].x() <= options_.active_x_max) {
+      sums.moved2 = std::max(sums.moved2, moved2);
+      sums.moved_pick2 = std::max(sums.moved_pick2, (state_.x[p] - state_.x_pick[p]).squaredNorm());
+    }
     sums.speed2 = std::max(sums.speed2, after.squaredNorm());
   }
   sums.flows.slip = slip + sums.contact.slip_loss;
@@ -343,13 +358,14 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
     *ledger = {};
     ledger->flows = state_.flows;
   }
-  double frequency2 = 0, moved2 = 0, speed2 = 0;
+  double frequency2 = 0, moved2 = 0, moved_pick2 = 0, speed2 = 0;
   bool finite = true;
   for (std::uint32_t f = 0; f < fibers; ++f) {
     const PerFiber& sums = per_fiber_[f];
     state_.flows += sums.flows;
     frequency2 = std::max(frequency2, sums.frequency2);
     moved2 = std::max(moved2, sums.moved2);
+    moved_pick2 = std::max(moved_pick2, sums.moved_pick2);
     speed2 = std::max(speed2, sums.speed2);
     finite = finite && sums.finite;
     report.overlap_max = std::max(report.overlap_max, sums.contact.overlap_max);
@@ -380,10 +396,13 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
     return report;
   }
   choose_time_step(frequency2);
-  const double used = std::sqrt(moved2) / options_.skin;
-  if (used > search_due - std::sqrt(speed2) * state_.dt / options_.skin) {
-    if (used > 0.5) ++state_.late_searches;
+  const double ahead = std::sqrt(speed2) * state_.dt;
+  const double moved = std::sqrt(moved2), moved_pick = std::sqrt(moved_pick2);
+  if (moved > 0.5 * options_.outer_skin || moved_pick > 0.5 * options_.skin) ++state_.late_searches;
+  if (moved + ahead > search_due * options_.outer_skin) {
     search();
+  } else if (moved_pick + ahead > search_due * options_.skin) {
+    pick();
   }
   return report;
 }

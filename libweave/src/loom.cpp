@@ -13,7 +13,8 @@
 namespace weave {
 namespace {
 
-constexpr double start_gap = 0.02;        ///< between fibers at the start [fiber diameters]
+constexpr double no_limit = 1e300;
+constexpr double start_gap = 0.06;        ///< between fibers at the start [fiber diameters]
 constexpr double guide_per_string = 50;   ///< guide stiffness in units of the string stiffness T/l
 constexpr double rigid_factor = 1e3;      ///< transverse modulus of the reed's steel over the fibers'
 
@@ -23,6 +24,12 @@ int rings_of(int fibers) {
   int k = 0;
   while (1 + 3 * k * (k + 1) < fibers) ++k;
   return k;
+}
+
+/// Yarns over one another in the sloping shed are nearer to each other than at the heddle: how much farther apart they must start.
+double shed_stretch(const Case& c) {
+  const double slope = 0.5 * c.loom.height / c.loom.length;
+  return std::sqrt(1 + slope * slope);
 }
 
 double share_of_stroke(double t, double time) {
@@ -132,39 +139,54 @@ void put_together(const Rebuild& r, Model& m, State& s) {
   s.x = std::move(x);
   s.v = std::move(v);
   s.x_build.clear();
+  s.x_pick.clear();
   s.contacts = std::move(contacts);
 }
 
 }  // namespace
 
-std::vector<Eigen::Vector2d> bundle_section(int fibers, double radius, double gap) {
+std::vector<Eigen::Vector2d> bundle_section(int fibers, double radius, double gap, double width) {
   const double d = 2 * radius + gap;
   const double row = d * std::numbers::sqrt3 / 2;
-  if (fibers == 1) return {{0, 0}};
-  if (fibers == 3) return {{0, 2 * row / 3}, {-d / 2, -row / 3}, {d / 2, -row / 3}};
-  if (fibers == 5) return {{0, 0}, {d, 0}, {-d, 0}, {0, d}, {0, -d}};
   const int k = rings_of(fibers);
+  const bool fits = (fibers == 5 ? 3 : 2 * k + 1) * d <= width;
   std::vector<Eigen::Vector2d> places;
-  for (int r = -k; r <= k; ++r) {
-    const int in_row = 2 * k + 1 - std::abs(r);
-    for (int i = 0; i < in_row; ++i) places.emplace_back((i - 0.5 * (in_row - 1)) * d, r * row);
+  if (fibers == 1) {
+    places = {{0, 0}};
+  } else if (fibers == 3 && 2 * d <= width) {
+    places = {{0, 2 * row / 3}, {-d / 2, -row / 3}, {d / 2, -row / 3}};
+  } else if (fibers == 5 && fits) {
+    places = {{0, 0}, {d, 0}, {-d, 0}, {0, d}, {0, -d}};
+  } else if (fits) {
+    for (int r = -k; r <= k; ++r) {
+      const int in_row = 2 * k + 1 - std::abs(r);
+      for (int i = 0; i < in_row; ++i) places.emplace_back((i - 0.5 * (in_row - 1)) * d, r * row);
+    }
+  } else {  // an upright block of full rows, one over the other
+    const int across = std::max(1, static_cast<int>(width / d));
+    const int rows = (fibers + across - 1) / across;
+    for (int i = 0; i < fibers; ++i) {
+      const int r = i / across, in_row = std::min(across, fibers - r * across);
+      places.emplace_back((i % across - 0.5 * (in_row - 1)) * d, (0.5 * (rows - 1) - r) * d);
+    }
   }
-  std::stable_sort(places.begin(), places.end(), [](const auto& a, const auto& b) { return a.squaredNorm() < b.squaredNorm(); });
+  std::stable_sort(places.begin(), places.end(), [](const auto& p, const auto& q) { return p.squaredNorm() < q.squaredNorm(); });
   return places;
 }
 
-double bundle_height(int fibers, double radius) {
+double bundle_height(int fibers, double radius, double width) {
   double high = 0, low = 0;
-  for (const auto& p : bundle_section(fibers, radius, 2 * start_gap * radius)) {
+  for (const auto& p : bundle_section(fibers, radius, 2 * start_gap * radius, width)) {
     high = std::max(high, p.y());
     low = std::min(low, p.y());
   }
   return high - low + 2 * radius;
 }
 
-double warp_fiber_offset(const Case& c, int fibers, double radius, int place) {
-  const double slope = 0.5 * c.loom.height / c.loom.length;
-  return bundle_section(fibers, radius, 2 * start_gap * radius)[static_cast<std::size_t>(place)].y() * std::sqrt(1 + slope * slope);
+std::vector<Eigen::Vector2d> warp_section(const Case& c, const WarpPlace& warp, double radius) {
+  auto places = bundle_section(warp.fibers, radius, 2 * start_gap * radius, warp.width);
+  for (auto& p : places) p.y() *= shed_stretch(c);
+  return places;
 }
 
 LoomLayout lay_out(const Case& c) {
@@ -181,30 +203,36 @@ LoomLayout lay_out(const Case& c) {
   for (const std::string& name : c.weft.yarn_of_layer) {
     layout.weft_type.push_back(type_index(name));
     const YarnType& y = c.yarns.at(name);
-    weft_height = std::max(weft_height, bundle_height(y.fibers, y.fiber_radius()));
+    weft_height = std::max(weft_height, bundle_height(y.fibers, y.fiber_radius(), no_limit));
   }
   for (const std::string& name : layout.type_names) {
     layout.fiber_diameter = std::max(layout.fiber_diameter, 2 * c.yarns.at(name).fiber_radius());
   }
+  const double opening = c.loom.dent_width - (c.beat_up.enabled ? 2 * c.loom.reed_bar_radius : 0);
   for (int s = 0; s < static_cast<int>(c.sections.size()); ++s) {
     const WarpSection& section = c.sections[s];
-    int in_dent = 0, place = 0;
+    const YarnType& yarn = c.yarns.at(section.yarn);
+    // The sections of a dent share its opening by their fibers' diameters.
+    double before = 0, all = 0;
     for (int o = 0; o < static_cast<int>(c.sections.size()); ++o) {
       if (c.sections[o].dent != section.dent) continue;
-      if (o == s) place = in_dent;
-      ++in_dent;
+      const double d = c.yarns.at(c.sections[o].yarn).fiber_radius();
+      if (o < s) before += d;
+      all += d;
     }
-    const YarnType& yarn = c.yarns.at(section.yarn);
-    const double pitch = bundle_height(yarn.fibers, yarn.fiber_radius()) * (1 + start_gap);
+    const double share = yarn.fiber_radius() / all;
+    const double width = share * opening * (1 - start_gap);
+    const double pitch = bundle_height(yarn.fibers, yarn.fiber_radius(), width) * (1 + start_gap) * shed_stretch(c);
     const auto warps = static_cast<int>(section.matrix.cols());
     for (int w = 0; w < warps; ++w) {
       WarpPlace p;
       p.section = s;
       p.type = type_index(section.yarn);
-      p.y = (section.dent + (place + 0.5) / in_dent) * c.loom.dent_width;
+      p.y = section.dent * c.loom.dent_width + 0.5 * (c.loom.dent_width - opening) + (before / all + 0.5 * share) * opening;
       p.stack_z = (0.5 * (warps - 1) - w) * pitch;
       p.tension = section.tension > 0 ? section.tension : c.loom.tension;
       p.fibers = yarn.fibers;
+      p.width = width;
       layout.warps.push_back(p);
     }
   }
@@ -260,7 +288,7 @@ std::pair<Model, State> set_up_loom(const Case& c, const LoomLayout& layout) {
     const double pull = warp.tension / warp.fibers;
     const double stretched = length * (1 + pull / (type.youngs_modulus * type.area));
     const double z_heddle = heddle_z(c, warp, layout.matrix(0, w));
-    const auto places = bundle_section(warp.fibers, type.radius, 2 * start_gap * type.radius);
+    const auto places = warp_section(c, warp, type.radius);
     for (int i = 0; i < warp.fibers; ++i) {
       FiberSpec fiber;
       fiber.type = static_cast<std::uint16_t>(warp.type);
@@ -270,7 +298,7 @@ std::pair<Model, State> set_up_loom(const Case& c, const LoomLayout& layout) {
       fiber.end_force = pull;
       fiber.guide_stiffness = guide_per_string * pull / length;
       fiber.guide_y = warp.y + places[i].x();
-      const double offset = warp_fiber_offset(c, warp.fibers, type.radius, i);
+      const double offset = places[i].y();
       const Vec3 held(-layout.start_length, fiber.guide_y, warp.stack_z + offset);
       const Vec3 eye(c.loom.length, fiber.guide_y, z_heddle + offset);
       const double free_length = (eye - held).norm();
@@ -344,7 +372,7 @@ void insert_weft(const Case& c, const LoomLayout& layout, int pick, Model& m, St
       floor = std::max(floor, at->z() + r);
     }
   }
-  const double height = bundle_height(yarn.fibers, type.radius);
+  const double height = bundle_height(yarn.fibers, type.radius, no_limit);
   if (roof == 1e300) roof = floor + 2 * height;
   if (floor == -1e300) floor = roof - 2 * height;
   if (roof - floor < height) {
@@ -356,7 +384,7 @@ void insert_weft(const Case& c, const LoomLayout& layout, int pick, Model& m, St
   const double z = 0.5 * (roof + floor);
   const auto elements = std::max(6, static_cast<int>(std::lround(m.period_y / element_length(c, type))));
   const double rest = m.period_y * c.weft.length_coefficient / elements;
-  const auto places = bundle_section(yarn.fibers, type.radius, 2 * start_gap * type.radius);
+  const auto places = bundle_section(yarn.fibers, type.radius, 2 * start_gap * type.radius, no_limit);
 
   Rebuild r = take_apart(m, s);
   for (int i = 0; i < yarn.fibers; ++i) {

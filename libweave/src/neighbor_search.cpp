@@ -7,8 +7,13 @@
 namespace weave {
 namespace {
 
-/// The angle between two fibers may change between searches; contacts of either kind are listed this far beyond their range of sine^2.
+/// The angle between two fibers may change meanwhile; contacts of either kind are picked this far beyond their range of sine^2.
 constexpr double angle_margin = 0.08;
+/// Fibers nearer to parallel than this sine^2 do not come to cross between two searches.
+constexpr double parallel = 0.005;
+
+/// Cell size over the distance that is searched: smaller cells follow the searched ball more closely.
+constexpr double cell_share = 0.35;
 
 struct Candidate {
   std::uint32_t fiber;
@@ -38,6 +43,15 @@ bool same_crossing(const Model& m, const CrossingContact& a, const CrossingConta
   const std::uint32_t fa = m.fiber_of[a.segment_a], fb = m.fiber_of[a.segment_b];
   return fb == m.fiber_of[b.segment_b] && wrapped_difference(a.segment_a, b.segment_a, chain_period(m, fa)) <= 2 &&
          wrapped_difference(a.segment_b, b.segment_b, chain_period(m, fb)) <= 2;
+}
+
+/// Two crossings of the same two fibers that have ended at the same bars or at neighbors.
+bool same_place(const Model& m, const CrossingContact& a, const CrossingContact& b) {
+  const std::uint32_t fa = m.fiber_of[a.segment_a], fb = m.fiber_of[a.segment_b];
+  if (fb != m.fiber_of[b.segment_b]) return false;
+  if (!m.periodic[fa] && !m.periodic[fb] && a.image != b.image) return false;
+  return wrapped_difference(a.segment_a, b.segment_a, chain_period(m, fa)) <= 1 &&
+         wrapped_difference(a.segment_b, b.segment_b, chain_period(m, fb)) <= 1;
 }
 
 double distance2_to_bar(const FiberGeometry& g, const Vec3& point, std::uint32_t s) {
@@ -108,11 +122,14 @@ void NeighborSearch::bin_segments(const Model& m, const FiberGeometry& g, double
   for (std::size_t c = 1; c < bins_.start.size(); ++c) bins_.start[c] += bins_.start[c - 1];
   bins_.segment.resize(active.size());
   bins_.wrap.resize(active.size());
+  bins_.middle.resize(active.size());
   std::vector<std::uint32_t> at(bins_.start.begin(), bins_.start.end() - 1);
   for (std::size_t i = 0; i < active.size(); ++i) {
     const std::uint32_t slot = at[cell[i]]++;
     bins_.segment[slot] = active[i];
     bins_.wrap[slot] = wrap[i];
+    bins_.middle[slot] = 0.5 * (g.x[active[i]] + g.x[active[i] + 1]);
+    bins_.middle[slot].y() -= wrap[i] * m.period_y;
   }
 }
 
@@ -126,8 +143,9 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
   const double bar_fiber = m.rest_length[begin];
   const double reach_cross = reach_max_ + skin + 0.75 * bar_fiber;  // a node this near may be next to a crossing
   const double reach_middle = reach_cross + 0.6 * bar_max_;
+  const double rise2 = 0.75 * bar_fiber * 0.75 * bar_fiber;
   const bool periodic = m.period_y > 0;
-  const int range_y = periodic ? static_cast<int>(std::ceil(reach_middle / bins_.size.y())) : 1;
+  const int range_y = static_cast<int>(std::ceil(reach_middle / bins_.size.y()));
   std::vector<Candidate> candidates;
   // Old line contacts are sorted by node: walk along with them.
   std::uint32_t old_at = old.line_of.empty() ? 0 : old.line_of[fiber];
@@ -177,11 +195,18 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
         }
         const std::size_t column = (static_cast<std::size_t>(ix) * bins_.ny + cy) * bins_.nz;
         for (std::uint32_t slot = bins_.start[column + iz0]; slot < bins_.start[column + iz1 + 1]; ++slot) {
+          const Vec3 from_middle = folded - Vec3(0, turns * m.period_y, 0) - bins_.middle[slot];
+          const double middle2 = from_middle.squaredNorm();
+          if (middle2 > reach_middle * reach_middle) continue;
           const std::uint32_t s = bins_.segment[slot];
+          // Nearest point of a fiber that crosses p's: no farther off its line than half a bar's rise.
+          const double along = from_middle.dot(g.bar_tangent[s]);
+          const double cosine = g.node_tangent[p].dot(g.bar_tangent[s]);
+          const double line_reach = reach_max_ + skin;
+          if (middle2 - along * along > line_reach * line_reach + rise2 * (1 - cosine * cosine)) continue;
           const std::int32_t image = wrap + turns - bins_.wrap[slot];
           Vec3 point = x;
           point.y() -= image * m.period_y;
-          if ((point - 0.5 * (g.x[s] + g.x[s + 1])).squaredNorm() > reach_middle * reach_middle) continue;
           const double d2 = distance2_to_bar(g, point, s);
           if (d2 > reach_cross * reach_cross) continue;
           const std::uint32_t other = m.fiber_of[s];
@@ -214,7 +239,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
       const double cosine = g.node_tangent[p].dot(g.bar_tangent[c.segment]);
       const double sine2 = 1 - cosine * cosine;
       const double line_reach = m.pair_law(fiber, c.fiber).reach + skin;
-      if ((m.node_contact || sine2 < AngleBlend::upper + angle_margin) && c.distance2 < line_reach * line_reach) {
+      if (c.distance2 < line_reach * line_reach) {
         LineContact contact;
         contact.node = p;
         contact.segment = c.segment;
@@ -227,7 +252,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
         }
         found.line.push_back(contact);
       }
-      if (!m.node_contact && c.fiber > fiber && sine2 > AngleBlend::lower - angle_margin) add_crossing(own_bar, c.segment, c.image);
+      if (!m.node_contact && c.fiber > fiber && sine2 > parallel) add_crossing(own_bar, c.segment, c.image);
     }
     // Reed bars: long and few, so every bar is asked for its distance in the plane normal to it.
     for (std::uint32_t bar = 0; bar < m.fibers() && m.role[bar] == Role::reed; ++bar) {
@@ -243,13 +268,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
   // One crossing may be found from several nodes: keep the first of those that ended in the same place.
   std::vector<CrossingContact> unique;
   for (const CrossingContact& k : found.crossing) {
-    const auto same_place = [&](const CrossingContact& u) {
-      if (!same_crossing(m, u, k)) return false;
-      if (!m.periodic[m.fiber_of[k.segment_b]] && !m.periodic[fiber] && u.image != k.image) return false;
-      return wrapped_difference(u.segment_a, k.segment_a, chain_period(m, fiber)) <= 1 &&
-             wrapped_difference(u.segment_b, k.segment_b, chain_period(m, m.fiber_of[k.segment_b])) <= 1;
-    };
-    if (std::none_of(unique.begin(), unique.end(), same_place)) unique.push_back(k);
+    if (std::none_of(unique.begin(), unique.end(), [&](const CrossingContact& u) { return same_place(m, u, k); })) unique.push_back(k);
   }
   if (!old.crossing_of.empty()) {
     for (CrossingContact& k : unique) {
@@ -273,7 +292,7 @@ void NeighborSearch::build(const Model& m, const FiberGeometry& g, double skin, 
     for (std::uint32_t s = m.first[f]; s < m.last(f); ++s) bar_max_ = std::max(bar_max_, m.rest_length[s]);
   }
   reach_max_ = 2 * radius_max;
-  bin_segments(m, g, reach_max_ + skin + bar_max_, active_x_max);
+  bin_segments(m, g, cell_share * (reach_max_ + skin + bar_max_), active_x_max);
   const auto fibers = static_cast<std::uint32_t>(m.fibers());
   found_.resize(fibers);
 #pragma omp parallel for schedule(dynamic, 1)
@@ -289,17 +308,61 @@ void NeighborSearch::build(const Model& m, const FiberGeometry& g, double skin, 
     contacts.line_of[f + 1] = static_cast<std::uint32_t>(contacts.line.size());
     contacts.crossing_of[f + 1] = static_cast<std::uint32_t>(contacts.crossing.size());
   }
+}
+
+void pick_active(const Model& m, const FiberGeometry& g, double skin, ContactList& contacts) {
+  const auto fibers = static_cast<std::uint32_t>(m.fibers());
+  std::vector<std::uint32_t> near_line(fibers, 0), near_crossing(fibers, 0);
+  std::vector<std::uint8_t> keep_line(contacts.line.size()), keep_crossing(contacts.crossing.size());
+#pragma omp parallel for schedule(dynamic, 1)
+  for (std::uint32_t f = 0; f < fibers; ++f) {
+    for (std::uint32_t i = contacts.line_of[f]; i < contacts.line_of[f + 1]; ++i) {
+      LineContact& c = contacts.line[i];
+      const PolylinePoint q = walk_to_point(m, g, g.x[c.node], c.segment, c.image);
+      const double reach = m.pair_law(f, m.fiber_of[c.segment]).reach + skin;
+      const double cosine = g.node_tangent[c.node].dot(g.bar_tangent[c.segment]);
+      const bool near = q.distance2 < reach * reach && (m.node_contact || 1 - cosine * cosine < AngleBlend::upper + angle_margin);
+      keep_line[i] = near;
+      near_line[f] += near;
+    }
+    for (std::uint32_t i = contacts.crossing_of[f]; i < contacts.crossing_of[f + 1]; ++i) {
+      CrossingContact& c = contacts.crossing[i];
+      const PolylinePair q = walk_to_pair(m, g, c.segment_a, c.segment_b, c.image);
+      const double reach = m.pair_law(f, m.fiber_of[c.segment_b]).reach + skin;
+      const double cosine = g.bar_tangent[c.segment_a].dot(g.bar_tangent[c.segment_b]);
+      bool near = q.distance2 < reach * reach && 1 - cosine * cosine > AngleBlend::lower - angle_margin;
+      // Two that have come to the same place are one: the one that has been touching stays.
+      for (std::uint32_t o = contacts.crossing_of[f]; near && o < i; ++o) {
+        if (keep_crossing[o] && same_place(m, contacts.crossing[o], c)) {
+          if (c.stiffness > contacts.crossing[o].stiffness) std::swap(c, contacts.crossing[o]);
+          near = false;
+        }
+      }
+      keep_crossing[i] = near;
+      near_crossing[f] += near;
+    }
+  }
+  const auto collect = [&](const std::vector<std::uint8_t>& keep, const std::vector<std::uint32_t>& count, ActiveContacts& active) {
+    active.of.assign(fibers + 1, 0);
+    for (std::uint32_t f = 0; f < fibers; ++f) active.of[f + 1] = active.of[f] + count[f];
+    active.number.clear();
+    for (std::uint32_t i = 0; i < keep.size(); ++i) {
+      if (keep[i]) active.number.push_back(i);
+    }
+  };
+  collect(keep_line, near_line, contacts.active_line);
+  collect(keep_crossing, near_crossing, contacts.active_crossing);
   index_targets(m, contacts);
 }
 
 void index_targets(const Model& m, ContactList& contacts) {
-  const std::size_t fibers = m.fibers();
-  contacts.line_reaction.resize(contacts.line.size());
-  contacts.crossing_reaction.resize(contacts.crossing.size());
-  sort_targets(fibers, contacts.line.size(), [&](std::size_t i) { return m.fiber_of[contacts.line[i].segment]; }, contacts.line_target_of,
-               contacts.line_target);
-  sort_targets(fibers, contacts.crossing.size(), [&](std::size_t i) { return m.fiber_of[contacts.crossing[i].segment_b]; },
-               contacts.crossing_target_of, contacts.crossing_target);
+  const auto index = [&](ActiveContacts& active, auto&& touched_bar) {
+    active.reaction.resize(active.number.size());
+    sort_targets(m.fibers(), active.number.size(), [&](std::size_t i) { return m.fiber_of[touched_bar(active.number[i])]; }, active.target_of,
+                 active.target);
+  };
+  index(contacts.active_line, [&](std::uint32_t i) { return contacts.line[i].segment; });
+  index(contacts.active_crossing, [&](std::uint32_t i) { return contacts.crossing[i].segment_b; });
 }
 
 }  // namespace weave

@@ -65,6 +65,7 @@ std::filesystem::path cell_file(const std::filesystem::path& folder, std::int64_
 EngineOptions engine_options(const Case& c, const LoomLayout& layout) {
   EngineOptions o;
   o.skin = c.numerics.skin * layout.fiber_diameter;
+  o.outer_skin = c.numerics.outer_skin * layout.fiber_diameter;
   o.safety = c.numerics.safety;
   o.time_step = c.numerics.time_step;
   const double top_speed = std::max(c.beat_up.enabled ? c.beat_up.top_speed : 0, 2 * c.loom.height / c.shedding.time);
@@ -119,7 +120,7 @@ class WeavingRun {
       if (engine_->model().role[f] != Role::warp) continue;
       const WarpPlace& warp = layout_.warps[engine_->model().yarn[f]];
       const FiberType& type = engine_->model().type_of(f);
-      guide_offset_[f] = warp_fiber_offset(case_, warp.fibers, type.radius, engine_->model().place[f]);
+      guide_offset_[f] = warp_section(case_, warp, type.radius)[engine_->model().place[f]].y();
     }
   }
 
@@ -147,6 +148,10 @@ class WeavingRun {
       const double length = case_.take_up.length / case_.take_up.flags;
       drive_.held_velocity.x() = -length * (take_up_progress(case_, times, t + dt) - take_up_progress(case_, times, t)) / dt;
     }
+  }
+
+  std::size_t active_contacts() const {
+    return engine_->state().contacts.active_line.number.size() + engine_->state().contacts.active_crossing.number.size();
   }
 
   int action_at(const PickTimes& times, double t) const {
@@ -187,7 +192,7 @@ class WeavingRun {
       const StepReport report = engine_->step(drive_, with_ledger ? &ledger : nullptr);
       loom_.dt_min = engine_->state().step > 2 ? std::min(loom_.dt_min, dt) : loom_.dt_min;
       loom_.node_steps += static_cast<double>(engine_->model().nodes());
-      loom_.contact_steps += static_cast<double>(engine_->state().contacts.line.size() + engine_->state().contacts.crossing.size());
+      loom_.contact_steps += static_cast<double>(active_contacts());
       note(report, action);
       if (with_ledger) note_ledger(ledger);
       if (at_row || last) add_row(ledger, action);
@@ -355,7 +360,7 @@ class WeavingRun {
     loom_.history_rows = 0;
     loom_.stage_start = engine_->state().time;
     loom_.contacts_max = std::max<std::int64_t>(
-        loom_.contacts_max, static_cast<std::int64_t>(engine_->state().contacts.line.size() + engine_->state().contacts.crossing.size()));
+        loom_.contacts_max, static_cast<std::int64_t>(active_contacts()));
     if (!options_.output.empty()) {
       const Snapshot loom = snapshot_of_loom(case_, *engine_, static_cast<int>(loom_.pick));
       write_results(options_.output / "picks" / fmt::format("pick_{:04}.vtkhdf", loom_.pick), {loom, {}, to_toml(case_), version()});

@@ -305,6 +305,7 @@ void expect_same(const Case& a, const Case& b) {
   EXPECT_EQ(a.numerics.damping, b.numerics.damping);
   EXPECT_EQ(a.numerics.axial_damping, b.numerics.axial_damping);
   EXPECT_EQ(a.numerics.skin, b.numerics.skin);
+  EXPECT_EQ(a.numerics.outer_skin, b.numerics.outer_skin);
   EXPECT_EQ(a.output.snapshots_per_pick, b.output.snapshots_per_pick);
   EXPECT_EQ(a.output.checkpoint_interval, b.output.checkpoint_interval);
   EXPECT_EQ(a.output.history_interval, b.output.history_interval);

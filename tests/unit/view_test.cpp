@@ -13,7 +13,9 @@
 #include "weave/results.hpp"
 
 // The leak sanitizer's hook: fontconfig keeps a few fonts' patterns until the end.
-extern "C" const char* __lsan_default_suppressions() { return "leak:libfontconfig"; }
+extern "C" const char* __lsan_default_suppressions() {
+  return "leak:libfontconfig";
+}
 
 namespace heddle {
 namespace {

@@ -63,7 +63,7 @@ void draw_axes(Canvas& canvas, const Frame& frame, const std::string& u_label, c
     canvas.line({{x, frame.bottom()}, {x, frame.bottom() + mark}}, ink, 1.2 * unit);
     canvas.text({x, frame.bottom() + 1.7 * mark}, tick_label(u, u_step), number, {0.5, 0});
   }
-  const std::vector<double> v_ticks = ticks(frame.v_min, frame.v_max, std::max(1.5, frame.height / (60 * unit)));
+  const std::vector<double> v_ticks = ticks(frame.v_min, frame.v_max, std::max(2.5, frame.height / (60 * unit)));
   const double v_step = v_ticks.size() > 1 ? v_ticks[1] - v_ticks[0] : 1;
   double widest = 0;
   for (const double v : v_ticks) {

@@ -57,7 +57,7 @@ struct BeatUpSpec {
   double top_speed = 4.5;     ///< [m/s]; with constant acceleration the stroke takes 2 travel / top_speed
   double dwell = 0;           ///< at the fell [s]
   double return_time = 0;     ///< back to rest [s]; default the time of the stroke
-  double return_delay = 0;    ///< fraction (0...1) of the shedding that is done before the reed leaves the fell; 0: reed returns before shedding
+  double return_delay = 1;    ///< share (0...1) of the shedding that is done before the reed leaves the fell; 0: it leaves at once, before the shedding
 };
 
 struct SheddingSpec {
@@ -78,7 +78,8 @@ struct NumericsSpec {
   double safety = 0.8;          ///< fraction of the stability limit
   double damping = 100;         ///< mass-proportional [1/s]
   double axial_damping = 0.05;  ///< of the bars, fraction of critical
-  double skin = 0.3;            ///< of the neighbor list [largest fiber diameters]
+  double skin = 0.25;           ///< of the contacts that are evaluated [largest fiber diameters]
+  double outer_skin = 1.2;      ///< of the neighbor list that they are picked from [largest fiber diameters]
 };
 
 struct OutputSpec {

@@ -35,14 +35,22 @@ struct Reaction {
   bool active;
 };
 
+/// Those contacts of one kind that are near enough to be evaluated.
+struct ActiveContacts {
+  std::vector<std::uint32_t> number;     ///< in the list of its kind, rising
+  std::vector<std::uint32_t> of;         ///< those of fiber f: of[f] ... of[f+1]-1
+  std::vector<std::uint32_t> target;     ///< touched side: places in `number` by touched fiber, rising
+  std::vector<std::uint32_t> target_of;  ///< as of
+  std::vector<Reaction> reaction;        ///< one for each of `number`
+};
+
+/// Everything within the outer skin is listed at a search; what is within the inner skin is picked from the list more often.
 struct ContactList {
   std::vector<LineContact> line;           ///< sorted by node
   std::vector<std::uint32_t> line_of;      ///< contacts of fiber f: line_of[f] ... line_of[f+1]-1
   std::vector<CrossingContact> crossing;   ///< sorted by fiber a
   std::vector<std::uint32_t> crossing_of;  ///< as line_of
-  // touched side: contacts by fiber b, in order of number
-  std::vector<std::uint32_t> line_target, line_target_of, crossing_target, crossing_target_of;
-  std::vector<Reaction> line_reaction, crossing_reaction;
+  ActiveContacts active_line, active_crossing;
 };
 
 /// Geometry that contact reads: positions, velocities and tangents of the present step. Sizes: nodes.

@@ -26,7 +26,7 @@ struct PairLaw {
   /// Integral of line_force from 0 to `overlap` [J/m], in closed form with u = sqrt(delta).
   [[nodiscard]] double line_energy(double overlap) const {
     const double u = std::sqrt(overlap), root = std::sqrt(reach);
-    if (overlap < 1e-4 * reach) return line * overlap * overlap * u / reach * (0.4 + 2.0 / 7.0 * overlap / reach);
+    if (overlap < series_below * reach) return line * overlap * overlap * u / reach * series(2.5, overlap / reach);
     return line * (2 * reach * (root * std::atanh(u / root) - u) - 2.0 / 3.0 * overlap * u);
   }
   [[nodiscard]] double crossing_force(double overlap) const { return crossing * overlap * overlap / (reach - overlap); }    ///< [N]
@@ -34,8 +34,17 @@ struct PairLaw {
   /// Integral of crossing_force from 0 to `overlap` [J].
   [[nodiscard]] double crossing_energy(double overlap) const {
     const double q = overlap / reach;
-    if (q < 1e-3) return crossing * overlap * overlap * q * (1.0 / 3 + q / 4 + q * q / 5);
+    if (q < series_below) return crossing * overlap * overlap * q * series(3, q);
     return -crossing * reach * reach * (std::log1p(-q) + q + q * q / 2);
+  }
+
+ private:
+  static constexpr double series_below = 0.05;  ///< where the closed forms would lose more than four digits
+  /// Sum of q^n / (n + power).
+  static double series(double power, double q) {
+    double sum = 0;
+    for (int n = 8; n >= 0; --n) sum = sum * q + 1 / (n + power);
+    return sum;
   }
 };
 

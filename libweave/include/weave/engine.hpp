@@ -46,7 +46,8 @@ struct StepReport {
 };
 
 struct EngineOptions {
-  double skin = 0;             ///< of the neighbor list [m]
+  double skin = 0;             ///< of the contacts that are evaluated [m]
+  double outer_skin = 0;       ///< of the neighbor list that they are picked from; at least `skin` [m]
   double safety = 0.8;         ///< fraction of the stability limit taken as time step
   double time_step = 0;        ///< [s]; 0: from the stability limit
   double time_step_max = 1;    ///< [s]
@@ -62,9 +63,10 @@ struct State {
   std::vector<Vec3> x;     ///< (nodes) [m]
   std::vector<Vec3> v;     ///< (nodes), half a step behind x [m/s]
   std::vector<Vec3> x_build;  ///< x at the last neighbor search [m]
+  std::vector<Vec3> x_pick;   ///< x when the active contacts were last picked [m]
   ContactList contacts;
   Flows flows;
-  std::int64_t searches = 0, late_searches = 0;
+  std::int64_t searches = 0, picks_of_active = 0, late_searches = 0;
   int calm_steps = 0;      ///< steps since the time step was near its limit
 };
 
@@ -101,6 +103,7 @@ class Engine {
     Ledger stored;
     double frequency2 = 0;      ///< largest stiffness / mass of a node [1/s^2]
     double moved2 = 0;          ///< largest squared distance from x_build
+    double moved_pick2 = 0;     ///< and from x_pick
     double speed2 = 0;
     bool finite = true;
   };
@@ -110,6 +113,7 @@ class Engine {
   void add_guide_forces(std::uint32_t fiber, const Drive& drive, bool with_energy);
   [[nodiscard]] double axial_damping(const FiberType& type) const;
   void search();
+  void pick();
   void choose_time_step(double frequency2);
   [[nodiscard]] std::string describe_failure(StepStatus status) const;
 
@@ -120,7 +124,7 @@ class Engine {
   StageTimes times_;
   double step_limit_ = 0;
   std::vector<Vec3> bar_tangent_, node_tangent_, force_, velocity_change_;
-  std::vector<double> bar_length_, node_chord_, stiffness_, tension_;
+  std::vector<double> bar_length_, bar_rate_, node_chord_, stiffness_, tension_;
   std::vector<double> axial_, diagonal_, upper_, multiplier_, corner_;  ///< of the axial solve
   std::vector<PerFiber> per_fiber_;
 };

@@ -17,6 +17,7 @@ struct WarpPlace {
   double stack_z = 0;    ///< offset of the warp in its section's stack, the same at the fell and at the heddle [m]
   double tension = 0;    ///< [N]
   int fibers = 0;
+  double width = 0;      ///< its share of the dent's opening [m]
 };
 
 /// Geometry of the loom derived from a case; constant during a run.
@@ -32,13 +33,13 @@ struct LoomLayout {
 
 LoomLayout lay_out(const Case& c);
 
-/// Places of a yarn's fibers in its cross-section, touching but for `gap`: 1, 3, 5 or a centred hexagonal number.
-/// Returns (offset across the flat side, offset through the thickness) [m], the center first.
-std::vector<Eigen::Vector2d> bundle_section(int fibers, double radius, double gap);
-double bundle_height(int fibers, double radius);  ///< [m]
+/// Places of a yarn's fibers in its cross-section, touching but for `gap`: 1, 3, 5 or a centred hexagonal number; an upright block where the
+/// hexagon is wider than `width`. Returns (offset across, offset through the thickness) [m], the innermost first.
+std::vector<Eigen::Vector2d> bundle_section(int fibers, double radius, double gap, double width);
+double bundle_height(int fibers, double radius, double width);  ///< [m]
 
-/// Height of one of a warp's fibers over its yarn's center at the heddle, such that the fibers do not touch in the sloping shed [m].
-double warp_fiber_offset(const Case& c, int fibers, double radius, int place);
+/// The same for a warp at the heddle, spaced in z such that its fibers do not touch in the sloping shed [m].
+std::vector<Eigen::Vector2d> warp_section(const Case& c, const WarpPlace& warp, double radius);
 
 /// Model and positions at the start: warps straight from the held ends to their heddles, which stand as the first pick wants them, under
 /// their tension; reed at rest. All velocities zero.

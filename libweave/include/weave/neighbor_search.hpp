@@ -3,8 +3,12 @@
 
 namespace weave {
 
-/// Fills the touched side of a list (targets and room for the reactions) from its contacts.
+/// Fills the touched side of the active contacts and makes room for their reactions.
 void index_targets(const Model& model, ContactList& contacts);
+
+/// Picks from the list what can touch while no node moves by more than skin/2, following each contact's closest points. Bits do not
+/// depend on the number of threads.
+void pick_active(const Model& model, const FiberGeometry& geometry, double skin, ContactList& contacts);
 
 /// Finds all contacts that can come about while no node moves by more than skin/2 (cell grid, periodic in y), and keeps the friction of those
 /// that stood in the old list. Bits do not depend on the number of threads.
@@ -17,6 +21,7 @@ class NeighborSearch {
   struct Bin {
     std::vector<std::uint32_t> start, segment;
     std::vector<std::int32_t> wrap;  ///< periods by which the bar's middle was shifted into the cell
+    std::vector<Vec3> middle;        ///< of the bar, in the cell
     Vec3 origin = Vec3::Zero(), size = Vec3::Ones();
     int nx = 0, ny = 0, nz = 0;
   };
