@@ -14,6 +14,7 @@ namespace {
 constexpr double implicit_weight = 0.5;
 /// A search or a pick falls due a little before half its skin is used up, so that none is late.
 constexpr double search_due = 0.45;
+constexpr double first_step = 1e-12;  ///< [s]
 constexpr double step_growth = 1.05;
 constexpr int calm_steps_to_grow = 50;
 
@@ -44,6 +45,8 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   for (auto* a : {&bar_length_, &node_chord_, &stiffness_, &tension_, &axial_, &diagonal_, &upper_, &multiplier_, &corner_, &bar_rate_}) a->assign(n, 0);
   per_fiber_.resize(model_.fibers());
   for (std::uint32_t f = 0; f < model_.fibers(); ++f) refresh_geometry(f);
+  // The first step is too short to move anything: it only shows how stiff the contacts are.
+  if (state_.dt <= 0) state_.dt = options_.time_step > 0 ? options_.time_step : first_step;
   const bool fresh = state_.x_build.size() != n;
   if (fresh) {
     search();
@@ -325,11 +328,6 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
 StepReport Engine::step(const Drive& drive, Ledger* ledger) {
   const bool with_energy = ledger != nullptr;
   const auto fibers = static_cast<std::uint32_t>(model_.fibers());
-  if (state_.dt <= 0) {
-    // Forces once without moving, to learn the stiffness.
-    const double limit = options_.time_step > 0 ? options_.time_step : 1e-12;
-    state_.dt = limit;
-  }
   const FiberGeometry g = geometry();
   const auto start = std::chrono::steady_clock::now();
   std::chrono::steady_clock::time_point middle;

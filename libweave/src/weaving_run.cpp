@@ -19,6 +19,7 @@ using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
 
 constexpr double rows_per_pick = 400;        ///< of the history, by default
+constexpr double start_overlap_limit = 0.05;
 constexpr double progress_interval = 0.5;    ///< wall time [s]
 constexpr double order_check_interval = 0.05;  ///< share of a pick
 constexpr double engine_reach_behind_heddle = 2;  ///< bars that may still touch behind the heddle plane
@@ -197,6 +198,10 @@ class WeavingRun {
       if (with_ledger) note_ledger(ledger);
       if (at_row || last) add_row(ledger, action);
       if (report.status != StepStatus::ok) return fail(report.message);
+      if (engine_->state().step == 1 && report.overlap_max > start_overlap_limit) {
+        return fail(fmt::format("yarns overlap at the start by {:.2f} of their touching distance (limit {:.2f}): widen the dents or take thinner yarns "
+                                "or reed bars", report.overlap_max, start_overlap_limit));
+      }
       if (now() >= next_order_check) {
         next_order_check = now() + order_check_interval * length;
         if (!check_yarn_order()) return false;
