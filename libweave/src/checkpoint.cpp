@@ -80,7 +80,7 @@ void write_checkpoint(const std::filesystem::path& path, const Checkpoint& c) {
   const State& s = c.state;
   const Flows& w = s.flows;
   file.write("/state/scalars",
-             std::vector<double>{s.time, s.dt, w.slip, w.damping, w.tension, w.reed, w.heddle, w.take_up});
+             std::vector<double>{s.time, s.dt, w.slip, w.damping, w.axial, w.tension, w.reed, w.heddle, w.take_up});
   file.write("/state/counters", std::vector<std::int64_t>{s.step, s.searches, s.picks_of_active, s.late_searches, s.calm_steps});
   write_vectors(file, "/state/x", s.x);
   write_vectors(file, "/state/v", s.v);
@@ -90,7 +90,7 @@ void write_checkpoint(const std::filesystem::path& path, const Checkpoint& c) {
   std::vector<double> springs;
   for (const LineContact& k : s.contacts.line) {
     places.insert(places.end(), {k.node, k.segment, k.image});
-    springs.insert(springs.end(), {k.friction, k.stiffness});
+    springs.insert(springs.end(), {k.friction, k.across, k.stiffness, double{k.fraction}});
   }
   file.write("/contacts/line", places);
   file.write("/contacts/line_spring", springs);
@@ -132,7 +132,7 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
   const std::vector<double> n = file.read<double>("/state/scalars");
   s.time = n[0];
   s.dt = n[1];
-  s.flows = {n[2], n[3], n[4], n[5], n[6], n[7]};
+  s.flows = {n[2], n[3], n[4], n[5], n[6], n[7], n[8]};
   const std::vector<std::int64_t> k = file.read<std::int64_t>("/state/counters");
   s.step = k[0];
   s.searches = k[1];
@@ -150,8 +150,10 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
     l.node = static_cast<std::uint32_t>(places[3 * i]);
     l.segment = static_cast<std::uint32_t>(places[3 * i + 1]);
     l.image = static_cast<std::int32_t>(places[3 * i + 2]);
-    l.friction = springs[2 * i];
-    l.stiffness = springs[2 * i + 1];
+    l.friction = springs[4 * i];
+    l.across = springs[4 * i + 1];
+    l.stiffness = springs[4 * i + 2];
+    l.fraction = static_cast<float>(springs[4 * i + 3]);
   }
   s.contacts.line_of = file.read<std::uint32_t>("/contacts/line_of");
   places = file.read<std::int64_t>("/contacts/crossing");

@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace weave {
 namespace {
 
 /// Near a bar's end the neighbor bar may be closer: it is looked at within this fraction of the length.
 constexpr double end_zone = 0.2;
-constexpr int walk_limit = 8;
+constexpr int walk_limit = 50;
 /// Two bars are equally close at the vertex they share: the one at hand is kept against round-off, as their angles, and shares, differ.
 constexpr double nearer = 1 - 1e-9;
 
@@ -28,11 +29,6 @@ Step previous_bar(const Model& m, std::uint32_t s) {
   const std::uint32_t f = m.fiber_of[s];
   if (s > m.first[f]) return {true, s - 1, 0};
   return {m.periodic[f] != 0, m.last(f) - 1, -1};
-}
-
-std::uint32_t previous_node(const Model& m, std::uint32_t fiber, std::uint32_t p) {
-  if (p > m.first[fiber]) return p - 1;
-  return m.periodic[fiber] ? m.last(fiber) - 1 : p;
 }
 
 struct OnBar {
@@ -67,18 +63,36 @@ PolylinePair nearest_on_bars(const FiberGeometry& g, std::uint32_t a, std::uint3
 }
 
 /// Tangential spring of one contact carried to the new stiffness: force kept while the contact hardens, slip kept while it softens, so that
-/// neither makes energy (Thornton & Randall 1988). Returns the factor for the force; adds what is lost.
-double carry_spring(double force2, double old_stiffness, double new_stiffness, double& lost) {
+/// neither makes energy (Thornton & Randall 1988). Returns the factor for the force.
+double carried_share(double old_stiffness, double new_stiffness) {
   if (old_stiffness <= 0) return 0;
-  const double factor = new_stiffness < old_stiffness ? new_stiffness / old_stiffness : 1;
-  lost += 0.5 * force2 * (1 / old_stiffness - factor * factor / new_stiffness);
-  return factor;
+  return std::min(new_stiffness / old_stiffness, 1.0);
+}
+
+double stored_in(const LineContact& c) {
+  return c.stiffness > 0 ? 0.5 * (c.friction * c.friction + c.across * c.across) / c.stiffness : 0;
+}
+
+/// Moves the spring of a contact by a slip along the touched bar and across it [m], with Coulomb's cap on the force [N], which across is
+/// c.across * sine. Lost is the work done on the spring, by the trapezoidal rule as the motion has it, that the spring does not store.
+void slide(LineContact& c, double slip, double slip_across, double sine2, double stiffness, double cap, double& lost) {
+  const LineContact before = c;
+  const double share = carried_share(c.stiffness, stiffness);
+  c.friction = before.friction * share - stiffness * slip;
+  c.across = before.across * share - stiffness * slip_across;
+  c.stiffness = stiffness;
+  const double force = std::sqrt(c.friction * c.friction + sine2 * c.across * c.across);
+  if (force > cap) {
+    c.friction *= cap / force;
+    c.across *= cap / force;
+  }
+  lost += stored_in(before) - stored_in(c) - 0.5 * (before.friction + c.friction) * slip - 0.5 * (before.across + c.across) * slip_across;
 }
 
 void release(LineContact& c, double& lost) {
   if (c.stiffness <= 0) return;
-  lost += 0.5 * c.friction * c.friction / c.stiffness;
-  c.friction = c.stiffness = 0;
+  lost += stored_in(c);
+  c.friction = c.across = c.stiffness = 0;
 }
 
 /// |f|^2 of a force in the plane of two unit vectors, cosine c, from its components along them.
@@ -86,7 +100,7 @@ double in_plane_norm2(double fa, double fb, double c) { return (fa * fa + fb * f
 
 void release(CrossingContact& k, double c, double& lost) {
   if (k.stiffness <= 0) return;
-  if (1 - c * c > 0.5 * AngleBlend::lower) lost += 0.5 * in_plane_norm2(k.friction_a, k.friction_b, c) / k.stiffness;
+  lost += 0.5 * in_plane_norm2(k.friction_a, k.friction_b, c) / k.stiffness;
   k.friction_a = k.friction_b = k.stiffness = 0;
 }
 
@@ -109,8 +123,8 @@ struct Target {
 };
 
 /// Most listed contacts are apart: seen from the bar at hand, before anything else is computed.
-bool clearly_apart(const FiberGeometry& g, const LineContact& c, double period_y, double reach) {
-  Vec3 r = g.x[c.node] - g.x[c.segment];
+bool clearly_apart(const FiberGeometry& g, const Vec3& point, const LineContact& c, double period_y, double reach) {
+  Vec3 r = point - g.x[c.segment];
   r.y() -= c.image * period_y;
   const double along = r.dot(g.bar_tangent[c.segment]);
   if (along < 0 || along > g.bar_length[c.segment]) return false;
@@ -122,62 +136,63 @@ void line_contact(const Target& at, LineContact& c, Reaction& reaction, ContactS
   const Model& m = at.model;
   const FiberGeometry& g = at.g;
   reaction.active = false;
-  if (c.stiffness == 0 && clearly_apart(g, c, m.period_y, m.pair_law(at.fiber, m.fiber_of[c.segment]).reach)) return;
-  const PolylinePoint q = walk_to_point(m, g, g.x[c.node], c.segment, c.image);
-  const PairLaw& law = m.pair_law(at.fiber, m.fiber_of[c.segment]);
+  const std::uint32_t p = c.node, other = m.fiber_of[c.segment];
+  const double eta = c.fraction;
+  const Vec3 point = contact_point(g, c);
+  const PairLaw& law = m.pair_law(at.fiber, other);
+  if (c.stiffness == 0 && clearly_apart(g, point, c, m.period_y, law.reach)) return;
+  const PolylinePoint q = walk_to_point(m, g, point, c.segment, c.image);
   if (q.distance2 >= law.reach * law.reach) return release(c, sums.slip_loss);
-  const std::uint32_t p = c.node, s = c.segment;
-  const Vec3& tp = g.node_tangent[p];
-  const Vec3& tb = g.bar_tangent[s];
-  const double cosine = tp.dot(tb);
-  const AngleBlend blend = AngleBlend::at(1 - cosine * cosine);
-  if (blend.line <= 0) return release(c, sums.slip_loss);
-
+  if (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.segment, c.image)) return release(c, sums.slip_loss);
+  const std::uint32_t s = c.segment;
   const double distance = std::sqrt(q.distance2);
   const Vec3 n = q.separation / std::max(distance, 1e-3 * law.reach);
   const double overlap = law.reach - distance;
   note_overlap(overlap / law.reach, p, s, sums);
-  const double half_length = 0.5 * m.tributary(p);  // the other half of the pair's length comes from the other fiber's nodes
-  const double weight = half_length * blend.line;
+  const bool one_yarn = meets_at_nodes(m, at.fiber, other);
+  // Half of the pair's length; the other half comes from the other fiber's points.
+  const double weight = 0.5 * (one_yarn ? m.tributary(p) : m.rest_length[p] / points_per_bar(m, at.fiber));
   const double fn = weight * law.line_force(overlap);
   const double kn = weight * law.line_stiffness(overlap);
-  const double inverse_length = 1 / g.bar_length[s];
   const double xi = q.fraction;
 
-  Vec3 on_node = fn * n, on_first = -(1 - xi) * on_node, on_second = -xi * on_node;
+  Vec3 pull = fn * n;  // on the point
+  Vec3 couple_a = Vec3::Zero(), couple_b = Vec3::Zero();
   if (m.friction > 0) {
-    const double kt = m.friction * kn;
-    const Vec3 dv = g.v[s + 1] - g.v[s];
-    const double arm = distance * inverse_length;
-    const double slip_rate = (g.v[p] - g.v[s] - xi * dv).dot(tb) + arm * n.dot(dv);
-    double f = c.friction * carry_spring(c.friction * c.friction, c.stiffness, kt, sums.slip_loss) - kt * slip_rate * at.dt;
-    const double cap = m.friction * fn;
-    if (std::abs(f) > cap) {
-      sums.slip_loss += cap * (std::abs(f) - cap) / kt;
-      f = std::copysign(cap, f);
+    const Vec3& tb = g.bar_tangent[s];
+    const Vec3 dvb = g.v[s + 1] - g.v[s];
+    const double arm_b = distance / g.bar_length[s];
+    if (one_yarn) {
+      const double slip = at.dt * ((g.v[p] - g.v[s] - xi * dvb).dot(tb) + arm_b * n.dot(dvb));
+      slide(c, slip, 0, 0, m.friction * kn, m.friction * fn, sums.slip_loss);
+      pull += c.friction * tb;
+      couple_b = c.friction * arm_b * n;
+    } else {
+      const Vec3& ta = g.bar_tangent[p];
+      const Vec3 dva = g.v[p + 1] - g.v[p];
+      const double arm_a = distance / g.bar_length[p];
+      const double cosine = ta.dot(tb);
+      const Vec3 relative = g.v[p] + eta * dva - g.v[s] - xi * dvb;
+      const double slip_b = at.dt * (relative.dot(tb) + arm_b * n.dot(dvb));
+      const double slip_a = at.dt * (relative.dot(ta) + arm_a * n.dot(dva));
+      slide(c, slip_b, slip_a - cosine * slip_b, 1 - cosine * cosine, m.friction * kn, m.friction * fn, sums.slip_loss);
+      const double along_b = c.friction - cosine * c.across;
+      pull += c.across * ta + along_b * tb;
+      couple_a = c.across * arm_a * n;
+      couple_b = along_b * arm_b * n;
     }
-    c.friction = f;
-    c.stiffness = kt;
-    on_node += f * tb;
-    on_first -= f * ((1 - xi) * tb + arm * n);
-    on_second -= f * (xi * tb - arm * n);
-  }
-  if (blend.line_slope != 0) {  // U = weight * energy: torque of the changing share
-    const double slope = -2 * cosine * half_length * law.line_energy(overlap) * blend.line_slope;
-    const Vec3 turn_p = slope / g.node_chord[p] * (tb - cosine * tp);
-    const Vec3 turn_b = slope * inverse_length * (tp - cosine * tb);
-    if (m.rest_length[p] > 0) at.force[p + 1] -= turn_p; else at.force[p] -= turn_p;
-    at.force[previous_node(m, at.fiber, p)] += turn_p;
-    on_second -= turn_b;
-    on_first += turn_b;
   }
   const double k = kn * (1 + overlap / law.reach) + m.friction * kn;
-  at.force[p] += on_node;
-  at.stiffness[p] += k;
-  reaction = {on_first, on_second, k, s, true};
+  at.force[p] += (1 - eta) * pull - couple_a;
+  at.stiffness[p] += (1 - eta) * k;
+  if (!one_yarn) {
+    at.force[p + 1] += eta * pull + couple_a;
+    at.stiffness[p + 1] += eta * k;
+  }
+  reaction = {-(1 - xi) * pull - couple_b, -xi * pull + couple_b, k, s, true};
   if (at.with_energy) {
     sums.energy += weight * law.line_energy(overlap);
-    if (c.stiffness > 0) sums.friction_store += 0.5 * c.friction * c.friction / c.stiffness;
+    sums.friction_store += stored_in(c);
   }
 }
 
@@ -204,17 +219,10 @@ void node_contact(const Target& at, LineContact& c, Reaction& reaction, ContactS
   Vec3 on_node = fn / std::max(distance, 1e-3 * law.reach) * to_p;
   Vec3 on_other = -fn / std::max(to_q.norm(), 1e-3 * law.reach) * to_q;
   if (m.friction > 0) {
-    const double kt = m.friction * kn, cap = m.friction * fn;
     const Vec3& t = g.node_tangent[other];
-    double f = c.friction * carry_spring(c.friction * c.friction, c.stiffness, kt, sums.slip_loss) - kt * (g.v[p] - g.v[other]).dot(t) * at.dt;
-    if (std::abs(f) > cap) {
-      sums.slip_loss += cap * (std::abs(f) - cap) / kt;
-      f = std::copysign(cap, f);
-    }
-    c.friction = f;
-    c.stiffness = kt;
-    on_node += f * t;
-    on_other -= f * t;
+    slide(c, (g.v[p] - g.v[other]).dot(t) * at.dt, 0, 0, m.friction * kn, m.friction * fn, sums.slip_loss);
+    on_node += c.friction * t;
+    on_other -= c.friction * t;
   }
   const double k = kn * (1 + overlap / law.reach + m.friction);
   at.force[p] += on_node;
@@ -235,15 +243,12 @@ void crossing_contact(const Target& at, CrossingContact& k, Reaction& reaction, 
   const Vec3& tb = g.bar_tangent[b];
   const double c = ta.dot(tb);
   if (q.distance2 >= law.reach * law.reach) return release(k, c, sums.slip_loss);
-  const AngleBlend blend = AngleBlend::at(1 - c * c);
-  if (blend.crossing <= 0) return release(k, c, sums.slip_loss);
-
   const double distance = std::sqrt(q.distance2);
   const Vec3 n = q.separation / std::max(distance, 1e-3 * law.reach);
   const double overlap = law.reach - distance;
   note_overlap(overlap / law.reach, a, b, sums);
-  const double fn = blend.crossing * law.crossing_force(overlap);
-  const double kn = blend.crossing * law.crossing_stiffness(overlap);
+  const double fn = law.crossing_force(overlap);
+  const double kn = law.crossing_stiffness(overlap);
   const double s = q.fraction_a, t = q.fraction_b;
   const double inverse_a = 1 / g.bar_length[a], inverse_b = 1 / g.bar_length[b];
 
@@ -254,13 +259,14 @@ void crossing_contact(const Target& at, CrossingContact& k, Reaction& reaction, 
     const Vec3 dva = g.v[a + 1] - g.v[a], dvb = g.v[b + 1] - g.v[b];
     const Vec3 relative = g.v[a] + s * dva - g.v[b] - t * dvb;
     const double arm_a = distance * inverse_a, arm_b = distance * inverse_b;
-    const double factor = carry_spring(in_plane_norm2(k.friction_a, k.friction_b, c), k.stiffness, kt, sums.slip_loss);
-    double fa = k.friction_a * factor - kt * at.dt * (relative.dot(ta) + arm_a * n.dot(dva));
-    double fb = k.friction_b * factor - kt * at.dt * (relative.dot(tb) + arm_b * n.dot(dvb));
+    const double before_a = k.friction_a, before_b = k.friction_b;
+    const double store = k.stiffness > 0 ? 0.5 * in_plane_norm2(before_a, before_b, c) / k.stiffness : 0;
+    const double factor = carried_share(k.stiffness, kt);
+    const double slip_a = at.dt * (relative.dot(ta) + arm_a * n.dot(dva)), slip_b = at.dt * (relative.dot(tb) + arm_b * n.dot(dvb));
+    double fa = before_a * factor - kt * slip_a, fb = before_b * factor - kt * slip_b;
     const double cap = m.friction * fn;
     const double norm = std::sqrt(in_plane_norm2(fa, fb, c));
     if (norm > cap) {
-      sums.slip_loss += cap * (norm - cap) / kt;
       fa *= cap / norm;
       fb *= cap / norm;
     }
@@ -268,14 +274,12 @@ void crossing_contact(const Target& at, CrossingContact& k, Reaction& reaction, 
     k.friction_b = fb;
     k.stiffness = kt;
     const double share_a = (fa - c * fb) / (1 - c * c), share_b = (fb - c * fa) / (1 - c * c);
+    const double mean_a = 0.5 * (share_a + (before_a - c * before_b) / (1 - c * c));
+    const double mean_b = 0.5 * (share_b + (before_b - c * before_a) / (1 - c * c));
+    sums.slip_loss += store - 0.5 * in_plane_norm2(fa, fb, c) / kt - mean_a * slip_a - mean_b * slip_b;  // as in `slide`
     pull += share_a * ta + share_b * tb;
     couple_a = share_a * arm_a * n;
     couple_b = share_b * arm_b * n;
-  }
-  if (blend.crossing_slope != 0) {
-    const double slope = -2 * c * law.crossing_energy(overlap) * blend.crossing_slope;
-    couple_a -= slope * inverse_a * (tb - c * ta);
-    couple_b -= slope * inverse_b * (ta - c * tb);
   }
   const double stiffness = kn * (1 + overlap / law.reach) + m.friction * kn;
   at.force[a] += (1 - s) * pull - couple_a;
@@ -284,7 +288,7 @@ void crossing_contact(const Target& at, CrossingContact& k, Reaction& reaction, 
   at.stiffness[a + 1] += s * stiffness;
   reaction = {-(1 - t) * pull - couple_b, -t * pull + couple_b, stiffness, b, true};
   if (at.with_energy) {
-    sums.energy += blend.crossing * law.crossing_energy(overlap);
+    sums.energy += law.crossing_energy(overlap);
     if (k.stiffness > 0) sums.friction_store += 0.5 * in_plane_norm2(k.friction_a, k.friction_b, c) / k.stiffness;
   }
 }
@@ -299,6 +303,26 @@ void add_reaction(const Reaction& r, std::span<Vec3> force, std::span<double> st
 }
 
 }  // namespace
+
+int points_per_bar(const Model& m, std::uint32_t fiber) {
+  return std::max(1, static_cast<int>(std::ceil(m.rest_length[m.first[fiber]] / m.type_of(fiber).radius - 1e-6)));
+}
+
+bool meets_at_nodes(const Model& m, std::uint32_t fiber_a, std::uint32_t fiber_b) {
+  return m.node_contact || (m.yarn[fiber_a] == m.yarn[fiber_b] && m.role[fiber_a] == m.role[fiber_b]);
+}
+
+Vec3 contact_point(const FiberGeometry& g, const LineContact& c) {
+  if (c.fraction == 0) return g.x[c.node];
+  return g.x[c.node] + double{c.fraction} * (g.x[c.node + 1] - g.x[c.node]);
+}
+
+bool within_own_bend(const Model& m, std::uint32_t fiber, std::uint32_t node, std::uint32_t segment, std::int32_t image) {
+  if (!m.periodic[fiber] && image != 0) return false;
+  const std::int64_t bars = static_cast<std::int64_t>(segment) - node + static_cast<std::int64_t>(image) * m.own_nodes(fiber);
+  const double arc = static_cast<double>(std::abs(bars) - 1) * m.rest_length[m.first[fiber]];
+  return arc < 2 * std::numbers::pi * m.type_of(fiber).radius;
+}
 
 PolylinePoint walk_to_point(const Model& m, const FiberGeometry& g, const Vec3& point, std::uint32_t& segment, std::int32_t& image) {
   OnBar here = nearest_on_bar(g, point, segment, image * m.period_y);

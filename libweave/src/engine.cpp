@@ -9,9 +9,8 @@
 namespace weave {
 namespace {
 
-/// Weight of the implicit axial terms: 1/4 is the variational scheme of Stern & Grinspun (2009) with its stiffest modes at the edge of the
-/// sampling; 1/2 keeps them a quarter turn inside it.
-constexpr double implicit_weight = 0.5;
+/// Solves for the state (taut or slack) of the bars: enough for a wave of slack to settle; a bar still undecided keeps its last state.
+constexpr int bar_state_rounds = 4;
 /// A search or a pick falls due a little before half its skin is used up, so that none is late.
 constexpr double search_due = 0.45;
 constexpr double first_step = 1e-12;  ///< [s]
@@ -27,6 +26,7 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 Flows& Flows::operator+=(const Flows& o) {
   slip += o.slip;
   damping += o.damping;
+  axial += o.axial;
   tension += o.tension;
   reed += o.reed;
   heddle += o.heddle;
@@ -42,7 +42,10 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   node_tangent_.assign(n, Vec3::UnitX());
   force_.assign(n, Vec3::Zero());
   velocity_change_.assign(n, Vec3::Zero());
-  for (auto* a : {&bar_length_, &node_chord_, &stiffness_, &tension_, &axial_, &diagonal_, &upper_, &multiplier_, &corner_, &bar_rate_}) a->assign(n, 0);
+  for (auto* a : {&bar_length_, &bar_rate_, &bar_energy_, &node_chord_, &stiffness_, &tension_, &diagonal_, &upper_, &multiplier_, &corner_}) {
+    a->assign(n, 0);
+  }
+  slack_.assign(n, 0);
   per_fiber_.resize(model_.fibers());
   for (std::uint32_t f = 0; f < model_.fibers(); ++f) refresh_geometry(f);
   // The first step is too short to move anything: it only shows how stiff the contacts are.
@@ -115,26 +118,25 @@ void Engine::add_bar_forces(std::uint32_t f, bool with_energy) {
   const std::uint32_t begin = model_.first[f], last = model_.last(f);
   PerFiber& sums = per_fiber_[f];
   const double ea = type.youngs_modulus * type.area;
-  const double dt = state_.dt;
   const double c = axial_damping(type);
   for (std::uint32_t s = begin; s < last; ++s) {
     const double rest = model_.rest_length[s];
     const double stretch = bar_length_[s] - rest;
     const double k = ea / rest * (stretch < 0 ? type.compression_factor : 1);
-    const double pull = k * stretch;
-    const double rate = (state_.v[s + 1] - state_.v[s]).dot(bar_tangent_[s]);
-    tension_[s] = pull;
-    bar_rate_[s] = rate;
-    // Always the taut stiffness: an added inertia that came and went with the sign of the stretch would make energy.
-    axial_[s] = (model_.implicit_axial ? implicit_weight * dt * dt * ea / rest : 0) + dt * c;
-    const Vec3 on_first = (pull + c * rate) * bar_tangent_[s];
-    force_[s] += on_first;
-    force_[s + 1] -= on_first;
+    bar_energy_[s] = 0.5 * k * stretch * stretch;
+    if (with_energy) sums.stored.bars += bar_energy_[s];
     // Sideways a taut bar is a string; along it an explicit bar is a spring.
-    const double stiffness = 2 * std::max(pull, 0.0) / rest + (model_.implicit_axial ? 0 : k);
+    double stiffness = 2 * std::max(k * stretch, 0.0) / rest;
+    if (!model_.implicit_axial) {
+      const double rate = (state_.v[s + 1] - state_.v[s]).dot(bar_tangent_[s]);
+      tension_[s] = k * stretch + c * rate;
+      const Vec3 on_first = tension_[s] * bar_tangent_[s];
+      force_[s] += on_first;
+      force_[s + 1] -= on_first;
+      stiffness += k;
+    }
     stiffness_[s] += stiffness;
     stiffness_[s + 1] += stiffness;
-    if (with_energy) sums.stored.bars += 0.5 * pull * stretch;
   }
   if (type.bending_stiffness <= 0) return;
   // U = EI/(2 l) |t2 - t1|^2 at every inner node.
@@ -227,63 +229,11 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
   }
   if (closed) w[last] = w[begin];
 
-  // (1/S + J M^-1 J^T) lambda = J w, one unknown a bar; then dv = w - M^-1 J^T lambda. S holds the implicit stiffness and damping.
-  const std::uint32_t bars = last - begin;
-  const auto inverse_mass = [&](std::uint32_t p) { return model_.inverse_mass[p == last && closed ? begin : p]; };
-  bool any_implicit = false;
-  for (std::uint32_t s = begin; s < last; ++s) any_implicit = any_implicit || axial_[s] > 0;
-  if (any_implicit) {
-    for (std::uint32_t s = begin; s < last; ++s) {
-      diagonal_[s] = 1 / std::max(axial_[s], 1e-300) + inverse_mass(s) + inverse_mass(s + 1);
-      multiplier_[s] = bar_tangent_[s].dot(w[s + 1] - w[s]);
-      upper_[s] = s + 1 < last ? -bar_tangent_[s].dot(bar_tangent_[s + 1]) * inverse_mass(s + 1) : 0;
-    }
-    const double seam = closed && bars > 2 ? -bar_tangent_[last - 1].dot(bar_tangent_[begin]) * inverse_mass(begin) : 0;
-    const double gamma = -diagonal_[begin];  // Sherman-Morrison for the closed chain
-    if (seam != 0) {
-      for (std::uint32_t s = begin; s < last; ++s) corner_[s] = 0;
-      corner_[begin] = gamma;
-      corner_[last - 1] = seam;
-      diagonal_[begin] -= gamma;
-      diagonal_[last - 1] -= seam * seam / gamma;
-    }
-    for (std::uint32_t s = begin + 1; s < last; ++s) {
-      const double factor = upper_[s - 1] / diagonal_[s - 1];
-      diagonal_[s] -= factor * upper_[s - 1];
-      multiplier_[s] -= factor * multiplier_[s - 1];
-      if (seam != 0) corner_[s] -= factor * corner_[s - 1];
-    }
-    for (std::uint32_t s = last; s-- > begin;) {
-      const bool end_bar = s + 1 == last;
-      multiplier_[s] = (multiplier_[s] - (end_bar ? 0 : upper_[s] * multiplier_[s + 1])) / diagonal_[s];
-      if (seam != 0) corner_[s] = (corner_[s] - (end_bar ? 0 : upper_[s] * corner_[s + 1])) / diagonal_[s];
-    }
-    if (seam != 0) {
-      const double ratio = seam / gamma;
-      const double scale = (multiplier_[begin] + ratio * multiplier_[last - 1]) / (1 + corner_[begin] + ratio * corner_[last - 1]);
-      for (std::uint32_t s = begin; s < last; ++s) multiplier_[s] -= scale * corner_[s];
-    }
-    for (std::uint32_t s = begin; s < last; ++s) {
-      const Vec3 impulse = multiplier_[s] * bar_tangent_[s];
-      const std::uint32_t second = s + 1 == last && closed ? begin : s + 1;
-      w[s] += model_.inverse_mass[s] * impulse;
-      w[second] -= model_.inverse_mass[second] * impulse;
-    }
-    if (closed) w[last] = w[begin];
-  }
-
-  // Ledger of the bars' damping and of what the implicit terms store, at the middle of the velocity's change.
-  const FiberType& type = model_.type_of(f);
-  const double c = axial_damping(type);
+  if (model_.implicit_axial) pull_bars(f);
   for (std::uint32_t s = begin; s < last; ++s) {
-    const double before = bar_rate_[s];
-    const double after = before + (any_implicit ? multiplier_[s] / axial_[s] : (w[s + 1] - w[s]).dot(bar_tangent_[s]));
-    const double lost = dt * c * after * 0.5 * (before + after);
-    sums.flows.damping += lost;
-    if (with_energy) {
-      sums.stored.flows.damping += 0.5 * lost;
-      sums.stored.axial_implicit += 0.25 * (axial_[s] - dt * c) * (before * before + after * after);
-    }
+    // What the bars take from the nodes, at the middle of the velocity's change; less what they store, it is lost (below).
+    const Vec3 middle = state_.v[s + 1] - state_.v[s] + 0.5 * (w[s + 1] - w[s]);
+    bar_energy_[s] += tension_[s] * bar_tangent_[s].dot(middle) * dt;
   }
 
   for (std::uint32_t p = begin; p < end; ++p) {
@@ -294,8 +244,8 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
     if (model_.inverse_mass[p] == 0) {
       // Force that the holder applies, from the balance of the node: -(all others), the implicit part included.
       Vec3 others = force_[p];
-      if (p < last) others += multiplier_[p] / dt * bar_tangent_[p];
-      if (p > begin) others -= multiplier_[p - 1] / dt * bar_tangent_[p - 1];
+      if (model_.implicit_axial && p < last) others += tension_[p] * bar_tangent_[p];
+      if (model_.implicit_axial && p > begin) others -= tension_[p - 1] * bar_tangent_[p - 1];
       const double work = (m * w[p] / dt - others).dot(middle) * dt;
       sums.flows.take_up += work;
       if (with_energy) sums.stored.flows.take_up += 0.5 * work;
@@ -323,6 +273,90 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
   }
   sums.flows.slip = slip + sums.contact.slip_loss;
   refresh_geometry(f);
+  const FiberType& type = model_.type_of(f);
+  const double ea = type.youngs_modulus * type.area;
+  for (std::uint32_t s = begin; s < last; ++s) {
+    const double stretch = bar_length_[s] - model_.rest_length[s];
+    const double k = ea / model_.rest_length[s] * (stretch < 0 ? type.compression_factor : 1);
+    const double lost = bar_energy_[s] - 0.5 * k * stretch * stretch;
+    sums.flows.axial += lost;
+    if (with_energy) sums.stored.flows.axial += 0.5 * lost;
+  }
+}
+
+/// Tensions of one fiber's bars, taken at the step's end: tau = k (l' - l0) with the predicted length l' = l + dt t.u + dt^2 |u_n|^2/(2 l), u
+/// the difference of the end velocities and u_n its part normal to the bar, without which a turning bar would grow (SHAKE: Ryckaert et
+/// al. 1977, with the bar's compliance; normal part from the velocities before the bars' pull). One unknown a bar:
+/// (1/(dt^2 k) + J M^-1 J^T) lambda = J v + (l - l0)/dt + dt |u_n|^2/(2 l), lambda = dt tau. Adds to the nodes' change of velocity.
+void Engine::pull_bars(std::uint32_t f) {
+  const FiberType& type = model_.type_of(f);
+  const std::uint32_t begin = model_.first[f], last = model_.last(f);
+  const bool closed = model_.periodic[f];
+  const double dt = state_.dt;
+  const double ea = type.youngs_modulus * type.area;
+  auto& w = velocity_change_;
+  const auto inverse_mass = [&](std::uint32_t p) { return model_.inverse_mass[p == last && closed ? begin : p]; };
+  for (std::uint32_t s = begin; s < last; ++s) {
+    const Vec3 u = state_.v[s + 1] - state_.v[s] + w[s + 1] - w[s];
+    const double rate = u.dot(bar_tangent_[s]);
+    const double stretch = bar_length_[s] - model_.rest_length[s];
+    bar_rate_[s] = rate + stretch / dt + 0.5 * dt * (u.squaredNorm() - rate * rate) / bar_length_[s];
+    slack_[s] = stretch < 0;
+    upper_[s] = s + 1 < last ? -bar_tangent_[s].dot(bar_tangent_[s + 1]) * inverse_mass(s + 1) : 0;
+  }
+  const double seam = closed && last - begin > 2 ? -bar_tangent_[last - 1].dot(bar_tangent_[begin]) * inverse_mass(begin) : 0;
+  for (int round = 0; round < bar_state_rounds; ++round) {
+    for (std::uint32_t s = begin; s < last; ++s) {
+      const double k = ea / model_.rest_length[s] * (slack_[s] ? std::max(type.compression_factor, 1e-12) : 1);
+      diagonal_[s] = 1 / (dt * dt * k) + inverse_mass(s) + inverse_mass(s + 1);
+      multiplier_[s] = bar_rate_[s];
+    }
+    solve_chain(begin, last, seam);
+    bool changed = false;
+    for (std::uint32_t s = begin; s < last; ++s) {
+      const bool slack = multiplier_[s] < 0;
+      changed = changed || slack != (slack_[s] != 0);
+      slack_[s] = slack;
+    }
+    if (!changed) break;
+  }
+  for (std::uint32_t s = begin; s < last; ++s) {
+    tension_[s] = multiplier_[s] / dt;
+    const Vec3 impulse = multiplier_[s] * bar_tangent_[s];
+    const std::uint32_t second = s + 1 == last && closed ? begin : s + 1;
+    w[s] += model_.inverse_mass[s] * impulse;
+    w[second] -= model_.inverse_mass[second] * impulse;
+  }
+  if (closed) w[last] = w[begin];
+}
+
+/// Symmetric tridiagonal solve in place, diagonal_ and upper_ the matrix, multiplier_ the right-hand side; with `seam` the corner
+/// coefficient of a closed chain (Sherman & Morrison 1950).
+void Engine::solve_chain(std::uint32_t begin, std::uint32_t last, double seam) {
+  const double gamma = -diagonal_[begin];
+  if (seam != 0) {
+    for (std::uint32_t s = begin; s < last; ++s) corner_[s] = 0;
+    corner_[begin] = gamma;
+    corner_[last - 1] = seam;
+    diagonal_[begin] -= gamma;
+    diagonal_[last - 1] -= seam * seam / gamma;
+  }
+  for (std::uint32_t s = begin + 1; s < last; ++s) {
+    const double factor = upper_[s - 1] / diagonal_[s - 1];
+    diagonal_[s] -= factor * upper_[s - 1];
+    multiplier_[s] -= factor * multiplier_[s - 1];
+    if (seam != 0) corner_[s] -= factor * corner_[s - 1];
+  }
+  for (std::uint32_t s = last; s-- > begin;) {
+    const double inverse = 1 / diagonal_[s];
+    const bool end_bar = s + 1 == last;
+    multiplier_[s] = (multiplier_[s] - (end_bar ? 0 : upper_[s] * multiplier_[s + 1])) * inverse;
+    if (seam != 0) corner_[s] = (corner_[s] - (end_bar ? 0 : upper_[s] * corner_[s + 1])) * inverse;
+  }
+  if (seam == 0) return;
+  const double ratio = seam / gamma;
+  const double scale = (multiplier_[begin] + ratio * multiplier_[last - 1]) / (1 + corner_[begin] + ratio * corner_[last - 1]);
+  for (std::uint32_t s = begin; s < last; ++s) multiplier_[s] -= scale * corner_[s];
 }
 
 StepReport Engine::step(const Drive& drive, Ledger* ledger) {
@@ -372,7 +406,6 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
     }
     if (with_energy) {
       ledger->kinetic += sums.stored.kinetic;
-      ledger->axial_implicit += sums.stored.axial_implicit;
       ledger->bars += sums.stored.bars;
       ledger->bending += sums.stored.bending;
       ledger->heddle += sums.stored.heddle;

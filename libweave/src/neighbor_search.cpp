@@ -2,15 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <numeric>
+#include <span>
 
 namespace weave {
 namespace {
-
-/// The angle between two fibers may change meanwhile; contacts of either kind are picked this far beyond their range of sine^2.
-constexpr double angle_margin = 0.08;
-/// Fibers nearer to parallel than this sine^2 do not come to cross between two searches.
-constexpr double parallel = 0.005;
 
 /// Cell size over the distance that is searched: smaller cells follow the searched ball more closely.
 constexpr double cell_share = 0.35;
@@ -34,7 +30,7 @@ std::int64_t chain_period(const Model& m, std::uint32_t fiber) { return m.period
 
 bool same_line(const Model& m, const LineContact& a, const LineContact& b) {
   const std::uint32_t f = m.fiber_of[a.segment];
-  if (a.node != b.node || f != m.fiber_of[b.segment]) return false;
+  if (a.node != b.node || a.fraction != b.fraction || f != m.fiber_of[b.segment]) return false;
   if (!m.periodic[f] && a.image != b.image) return false;
   return wrapped_difference(a.segment, b.segment, chain_period(m, f)) <= 2;
 }
@@ -138,18 +134,29 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
   found.line.clear();
   found.crossing.clear();
   if (m.role[fiber] == Role::reed) return;
-  const double radius = m.type_of(fiber).radius;
   const std::uint32_t begin = m.first[fiber], end = begin + m.own_nodes(fiber);
   const double bar_fiber = m.rest_length[begin];
-  const double reach_cross = reach_max_ + skin + 0.75 * bar_fiber;  // a node this near may be next to a crossing
-  const double reach_middle = reach_cross + 0.6 * bar_max_;
-  const double rise2 = 0.75 * bar_fiber * 0.75 * bar_fiber;
+  const double line_reach = reach_max_ + skin;
+  const double half_bar = 0.55 * bar_fiber;  // the points around a node are looked for with it; a bar may be stretched
+  const double reach_node = line_reach + half_bar;
+  const double reach_middle = reach_node + 0.55 * bar_max_;
+  const int points = points_per_bar(m, fiber);
   const bool periodic = m.period_y > 0;
   const int range_y = static_cast<int>(std::ceil(reach_middle / bins_.size.y()));
   std::vector<Candidate> candidates;
-  // Old line contacts are sorted by node: walk along with them.
-  std::uint32_t old_at = old.line_of.empty() ? 0 : old.line_of[fiber];
-  const std::uint32_t old_end = old.line_of.empty() ? 0 : old.line_of[fiber + 1];
+  std::vector<double> distance2;  // of found.crossing
+  const auto old_begin = old.line.begin() + (old.line_of.empty() ? 0 : old.line_of[fiber]);
+  const auto old_end = old.line.begin() + (old.line_of.empty() ? 0 : old.line_of[fiber + 1]);
+  const auto add_line = [&](LineContact contact) {
+    auto o = std::lower_bound(old_begin, old_end, contact.node, [](const LineContact& c, std::uint32_t node) { return c.node < node; });
+    for (; o != old_end && o->node == contact.node; ++o) {
+      if (o->stiffness > 0 && same_line(m, *o, contact)) {
+        contact = *o;  // with the bar it had followed
+        break;
+      }
+    }
+    found.line.push_back(contact);
+  };
 
   const auto add_crossing = [&](std::uint32_t segment_a, std::uint32_t segment_b, std::int32_t image) {
     CrossingContact k;
@@ -158,7 +165,9 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
     k.image = image;
     const PolylinePair q = walk_to_pair(m, g, k.segment_a, k.segment_b, k.image);
     const double reach = m.pair_law(fiber, m.fiber_of[k.segment_b]).reach + skin;
-    if (q.distance2 < reach * reach) found.crossing.push_back(k);
+    if (q.distance2 >= reach * reach) return;
+    found.crossing.push_back(k);
+    distance2.push_back(q.distance2);
   };
 
   for (std::uint32_t p = begin; p < end; ++p) {
@@ -175,7 +184,9 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
     const auto cell_range = [&](int axis, int n) {
       const double u = (folded[axis] - bins_.origin[axis]) / bins_.size[axis];
       const double r = reach_middle / bins_.size[axis];
-      return std::pair(std::max(0, static_cast<int>(std::floor(u - r))), std::min(n - 1, static_cast<int>(std::floor(u + r))));
+      const double low = std::max(0.0, std::min<double>(n, std::floor(u - r)));  // n, an empty range, where u is not a number
+      const double high = std::max(-1.0, std::min(n - 1.0, std::floor(u + r)));
+      return std::pair(static_cast<int>(low), static_cast<int>(high));
     };
     const auto [ix0, ix1] = cell_range(0, bins_.nx);
     const auto [iz0, iz1] = cell_range(2, bins_.nz);
@@ -199,23 +210,20 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
           const double middle2 = from_middle.squaredNorm();
           if (middle2 > reach_middle * reach_middle) continue;
           const std::uint32_t s = bins_.segment[slot];
-          // Nearest point of a fiber that crosses p's: no farther off its line than half a bar's rise.
           const double along = from_middle.dot(g.bar_tangent[s]);
           const double cosine = g.node_tangent[p].dot(g.bar_tangent[s]);
-          const double line_reach = reach_max_ + skin;
-          if (middle2 - along * along > line_reach * line_reach + rise2 * (1 - cosine * cosine)) continue;
+          const double off_line = line_reach + half_bar * std::sqrt(std::max(0.0, 1 - cosine * cosine)) + 0.1 * bar_fiber;
+          if (middle2 - along * along > off_line * off_line) continue;
           const std::int32_t image = wrap + turns - bins_.wrap[slot];
           Vec3 point = x;
           point.y() -= image * m.period_y;
           const double d2 = distance2_to_bar(g, point, s);
-          if (d2 > reach_cross * reach_cross) continue;
+          if (d2 > reach_node * reach_node) continue;
           const std::uint32_t other = m.fiber_of[s];
           const bool closed = m.periodic[other];
           const std::int64_t chain = static_cast<std::int64_t>(s) - m.first[other] + (closed ? static_cast<std::int64_t>(image) * m.own_nodes(other) : 0);
           if (other == fiber && (closed || image == 0)) {
-            // A bent fiber must not push itself: neighbors within half a turn of the tightest bend are no contacts.
-            const double arc = (std::abs(static_cast<double>(chain - (p - begin))) - 1) * bar_fiber;
-            if (arc < 2 * std::numbers::pi * radius) continue;
+            if (within_own_bend(m, fiber, p, s, image)) continue;
           }
           candidates.push_back({other, closed ? 0 : image, chain, s, image, d2});
         }
@@ -226,7 +234,6 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
       if (a.image_key != b.image_key) return a.image_key < b.image_key;
       return a.chain < b.chain;
     });
-    while (old_at < old_end && old.line[old_at].node < p) ++old_at;
     for (std::size_t i = 0; i < candidates.size();) {
       std::size_t j = i + 1, best = i;
       while (j < candidates.size() && candidates[j].fiber == candidates[i].fiber && candidates[j].image_key == candidates[i].image_key &&
@@ -234,25 +241,43 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
         if (candidates[j].distance2 < candidates[best].distance2) best = j;
         ++j;
       }
-      const Candidate& c = candidates[best];
+      const std::span<const Candidate> run(candidates.data() + i, j - i);
       i = j;
-      const double cosine = g.node_tangent[p].dot(g.bar_tangent[c.segment]);
-      const double sine2 = 1 - cosine * cosine;
-      const double line_reach = m.pair_law(fiber, c.fiber).reach + skin;
-      if (c.distance2 < line_reach * line_reach) {
-        LineContact contact;
-        contact.node = p;
-        contact.segment = c.segment;
-        contact.image = c.image;
-        for (std::uint32_t o = old_at; o < old_end && old.line[o].node == p; ++o) {
-          if (old.line[o].stiffness > 0 && same_line(m, old.line[o], contact)) {
-            contact = old.line[o];  // with the bar it had followed
-            break;
-          }
-        }
-        found.line.push_back(contact);
+      const double reach = m.pair_law(fiber, run.front().fiber).reach + skin;
+      if (meets_at_nodes(m, fiber, run.front().fiber)) {
+        const Candidate& c = candidates[best];
+        if (c.distance2 < reach * reach) add_line({p, c.segment, c.image});
+        continue;
       }
-      if (!m.node_contact && c.fiber > fiber && sine2 > parallel) add_crossing(own_bar, c.segment, c.image);
+      // The points on the halves of the two bars that meet in p.
+      for (int k = 0; k < points; ++k) {
+        const double eta = (k + 0.5) / points;
+        LineContact contact;
+        contact.fraction = static_cast<float>(eta);
+        Vec3 point;
+        std::int32_t seam = 0;
+        if (eta < 0.5) {
+          if (m.rest_length[p] <= 0) continue;
+          contact.node = p;
+          point = contact_point(g, contact);
+        } else {
+          if (p == begin && !m.periodic[fiber]) continue;
+          contact.node = p > begin ? p - 1 : m.last(fiber) - 1;
+          seam = p > begin ? 0 : 1;
+          point = contact_point(g, contact) - Vec3(0, seam * m.period_y, 0);
+        }
+        double nearest = reach * reach;
+        bool near = false;
+        for (const Candidate& c : run) {
+          const double d2 = distance2_to_bar(g, point - Vec3(0, c.image * m.period_y, 0), c.segment);
+          if (d2 >= nearest) continue;
+          nearest = d2;
+          near = true;
+          contact.segment = c.segment;
+          contact.image = c.image + seam;
+        }
+        if (near) add_line(contact);
+      }
     }
     // Reed bars: long and few, so every bar is asked for its distance in the plane normal to it.
     for (std::uint32_t bar = 0; bar < m.fibers() && m.role[bar] == Role::reed; ++bar) {
@@ -265,18 +290,26 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
     }
   }
 
-  // One crossing may be found from several nodes: keep the first of those that ended in the same place.
+  std::stable_sort(found.line.begin(), found.line.end(), [](const LineContact& a, const LineContact& b) { return a.node < b.node; });
+
+  // One crossing may be found from several nodes: keep the nearest of those that ended in the same place.
+  std::vector<std::size_t> order(found.crossing.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return distance2[i] < distance2[j]; });
   std::vector<CrossingContact> unique;
-  for (const CrossingContact& k : found.crossing) {
+  for (const std::size_t i : order) {
+    const CrossingContact& k = found.crossing[i];
     if (std::none_of(unique.begin(), unique.end(), [&](const CrossingContact& u) { return same_place(m, u, k); })) unique.push_back(k);
   }
   if (!old.crossing_of.empty()) {
+    std::vector<bool> taken(old.crossing_of[fiber + 1] - old.crossing_of[fiber]);
     for (CrossingContact& k : unique) {
       for (std::uint32_t o = old.crossing_of[fiber]; o < old.crossing_of[fiber + 1]; ++o) {
-        if (old.crossing[o].stiffness > 0 && same_crossing(m, old.crossing[o], k)) {
-          k = old.crossing[o];
-          break;
-        }
+        const std::size_t place = o - old.crossing_of[fiber];
+        if (taken[place] || !same_crossing(m, old.crossing[o], k)) continue;
+        taken[place] = true;
+        if (old.crossing[o].stiffness > 0) k = old.crossing[o];
+        break;
       }
     }
   }
@@ -318,19 +351,16 @@ void pick_active(const Model& m, const FiberGeometry& g, double skin, ContactLis
   for (std::uint32_t f = 0; f < fibers; ++f) {
     for (std::uint32_t i = contacts.line_of[f]; i < contacts.line_of[f + 1]; ++i) {
       LineContact& c = contacts.line[i];
-      const PolylinePoint q = walk_to_point(m, g, g.x[c.node], c.segment, c.image);
+      const PolylinePoint q = walk_to_point(m, g, contact_point(g, c), c.segment, c.image);
       const double reach = m.pair_law(f, m.fiber_of[c.segment]).reach + skin;
-      const double cosine = g.node_tangent[c.node].dot(g.bar_tangent[c.segment]);
-      const bool near = q.distance2 < reach * reach && (m.node_contact || 1 - cosine * cosine < AngleBlend::upper + angle_margin);
-      keep_line[i] = near;
-      near_line[f] += near;
+      keep_line[i] = q.distance2 < reach * reach;
+      near_line[f] += keep_line[i];
     }
     for (std::uint32_t i = contacts.crossing_of[f]; i < contacts.crossing_of[f + 1]; ++i) {
       CrossingContact& c = contacts.crossing[i];
       const PolylinePair q = walk_to_pair(m, g, c.segment_a, c.segment_b, c.image);
       const double reach = m.pair_law(f, m.fiber_of[c.segment_b]).reach + skin;
-      const double cosine = g.bar_tangent[c.segment_a].dot(g.bar_tangent[c.segment_b]);
-      bool near = q.distance2 < reach * reach && 1 - cosine * cosine > AngleBlend::lower - angle_margin;
+      bool near = q.distance2 < reach * reach;
       // Two that have come to the same place are one: the one that has been touching stays.
       for (std::uint32_t o = contacts.crossing_of[f]; near && o < i; ++o) {
         if (keep_crossing[o] && same_place(m, contacts.crossing[o], c)) {

@@ -78,7 +78,6 @@ std::string summary_json(const Case& c, const WeaveResult& r) {
   j["overlap_max"] = s.overlap_max;
   j["energy_residual"] = s.energy_residual;
   j["energy_J"] = {{"kinetic", e.kinetic},
-                   {"axial_implicit", e.axial_implicit},
                    {"bars", e.bars},
                    {"bending", e.bending},
                    {"contact", e.contact},
@@ -86,6 +85,7 @@ std::string summary_json(const Case& c, const WeaveResult& r) {
                    {"heddle_guides", e.heddle},
                    {"slip", e.flows.slip},
                    {"damping", e.flows.damping},
+                   {"axial_waves", e.flows.axial},
                    {"work_tension", e.flows.tension},
                    {"work_reed", e.flows.reed},
                    {"work_heddles", e.flows.heddle},

@@ -195,6 +195,7 @@ class WeavingRun {
       loom_.node_steps += static_cast<double>(engine_->model().nodes());
       loom_.contact_steps += static_cast<double>(active_contacts());
       note(report, action);
+      if (with_ledger && !std::isfinite(ledger.balance())) return fail("the energy ledger is no longer finite");
       if (with_ledger) note_ledger(ledger);
       if (at_row || last) add_row(ledger, action);
       if (report.status != StepStatus::ok) return fail(report.message);
@@ -248,13 +249,13 @@ class WeavingRun {
     h.warp_tension_N.push_back(warp_tension());
     h.overlap.push_back(loom_.overlap_row);
     h.time_step_s.push_back(engine_->state().dt);
-    h.kinetic_J.push_back(l.kinetic + l.axial_implicit);
+    h.kinetic_J.push_back(l.kinetic);
     h.bars_J.push_back(l.bars + l.bending);
     h.contact_J.push_back(l.contact);
     h.friction_store_J.push_back(l.friction_store);
     h.heddle_J.push_back(l.heddle);
     h.slip_J.push_back(l.flows.slip);
-    h.damping_J.push_back(l.flows.damping);
+    h.damping_J.push_back(l.flows.damping + l.flows.axial);
     h.work_tension_J.push_back(l.flows.tension);
     h.work_reed_J.push_back(l.flows.reed);
     h.work_heddle_J.push_back(l.flows.heddle);

@@ -7,23 +7,26 @@
 
 namespace weave {
 
-/// Node of one fiber against the closest point of another fiber's poly-line. Friction acts on the material slip along the touched fiber: the
-/// change of the closest point's arc length, which no rigid motion alters. Round fibers are free to roll over one another sideways.
+/// Point of one fiber against the closest point of another fiber's poly-line: the line contact of the pair, integrated at points along both
+/// fibers. Fibers of one yarn run side by side and their nodes are points enough; fibers of different yarns may cross, so there the points
+/// are not farther apart than half a diameter, and no crossing falls between them.
+/// Friction acts on material slip: along the touched fiber the change of the closest point's arc length, and across it, the more the steeper
+/// the fibers cross, the slip along the point's own fiber. No rigid motion alters either; parallel fibers are free to roll over one another.
 struct LineContact {
-  std::uint32_t node = 0;
+  std::uint32_t node = 0;     ///< first node of the point's bar
   std::uint32_t segment = 0;  ///< first node of the touched bar; follows the closest point from step to step
   std::int32_t image = 0;     ///< the touched fiber is shifted by image * period_y
-  float unused = 0;
-  double friction = 0;        ///< tangential force on `node` along the bar, before weighting is undone [N]
+  float fraction = 0;         ///< of the point along its bar; 0 for the node itself
+  double friction = 0;        ///< tangential force on the point along the touched bar [N]
+  double across = 0;          ///< force conjugate to the slip along the point's own bar less its share along the touched one [N]
   double stiffness = 0;       ///< tangential stiffness at the last step [N/m]; 0: was apart
 };
 
-/// Closest points of two fibers that cross at an angle.
+/// Closest points of a fiber and a reed bar, which crosses all fibers: the line contact integrated over the crossing.
 struct CrossingContact {
   std::uint32_t segment_a = 0, segment_b = 0;
   std::int32_t image = 0;
-  float unused = 0;
-  double friction_a = 0, friction_b = 0;  ///< components of the force on fiber a along the tangents of a and of b (dual frame) [N]
+  double friction_a = 0, friction_b = 0;  ///< components of the force on the fiber along the tangents of fiber and bar [N]
   double stiffness = 0;
 };
 
@@ -72,6 +75,13 @@ struct ContactSums {
   std::uint32_t touching = 0;
 };
 
+/// Points on each bar of a fiber against other yarns: no farther apart than half a diameter.
+int points_per_bar(const Model& model, std::uint32_t fiber);
+
+/// Whether two fibers are of one yarn, so that the nodes are the points of their contact (always by the node-to-node law).
+bool meets_at_nodes(const Model& model, std::uint32_t fiber_a, std::uint32_t fiber_b);
+Vec3 contact_point(const FiberGeometry& geometry, const LineContact& contact);
+
 /// Forces of the contacts owned by `fiber` (its nodes against other fibers, its crossings with later ones). Adds to `force` and `stiffness`
 /// of the fiber's own nodes only, and stores the reactions; so fibers can be evaluated in any order, on any thread, to the same bits.
 ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry, std::uint32_t fiber, double dt, bool with_energy,
@@ -79,6 +89,9 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
 
 /// Adds the stored reactions on `fiber` to its nodes, in a fixed order.
 void gather_reactions(const ContactList& contacts, std::uint32_t fiber, std::span<Vec3> force, std::span<double> stiffness);
+
+/// A bent fiber must not push itself: whether a bar of the node's own fiber lies within half a turn of its tightest bend from the node.
+bool within_own_bend(const Model& model, std::uint32_t fiber, std::uint32_t node, std::uint32_t segment, std::int32_t image);
 
 /// Closest point of the bars around `segment` to a point, starting from `segment` and `image` and walking along the fiber.
 struct PolylinePoint {

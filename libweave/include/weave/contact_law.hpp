@@ -48,24 +48,4 @@ struct PairLaw {
   }
 };
 
-/// Share of the line contact at squared sine `sine2` of the angle between the fibers: 1 for nearly parallel, 0 for crossing fibers, a
-/// smooth step between (angle-based blending as in Meier, Wall & Popp 2017, with our own bounds).
-struct AngleBlend {
-  static constexpr double lower = 0.12, upper = 0.35;
-  double line, line_slope;          ///< share and its derivative by sine2
-  double crossing, crossing_slope;  ///< (1 - share)/sine and its derivative: the length of the touching zone grows with 1/sine
-
-  static AngleBlend at(double sine2) {
-    if (sine2 <= lower) return {1, 0, 0, 0};
-    double w = 0, dw = 0;
-    if (sine2 < upper) {
-      const double u = (sine2 - lower) / (upper - lower);
-      w = 1 - u * u * (3 - 2 * u);
-      dw = -6 * u * (1 - u) / (upper - lower);
-    }
-    const double inverse_sine = 1 / std::sqrt(sine2);
-    return {w, dw, (1 - w) * inverse_sine, (-dw - 0.5 * (1 - w) / sine2) * inverse_sine};
-  }
-};
-
 }  // namespace weave

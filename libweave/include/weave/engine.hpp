@@ -20,19 +20,20 @@ struct Drive {
 
 /// Energy that has flowed since the start [J].
 struct Flows {
-  double slip = 0, damping = 0;                            ///< lost
+  double slip = 0, damping = 0;                            ///< lost by friction and by the mass-proportional damping
+  double axial = 0;  ///< lost in the bars: by the implicit scheme to axial waves faster than the time step, by dashpots if explicit
   double tension = 0, reed = 0, heddle = 0, take_up = 0;   ///< work put in
   Flows& operator+=(const Flows& o);
 };
 
 /// Energy ledger at one time [J].
 struct Ledger {
-  double kinetic = 0, axial_implicit = 0, bars = 0, bending = 0, contact = 0, friction_store = 0, heddle = 0;
+  double kinetic = 0, bars = 0, bending = 0, contact = 0, friction_store = 0, heddle = 0;
   Flows flows;
-  [[nodiscard]] double stored() const { return kinetic + axial_implicit + bars + bending + contact + friction_store + heddle; }
+  [[nodiscard]] double stored() const { return kinetic + bars + bending + contact + friction_store + heddle; }
   [[nodiscard]] double put_in() const { return flows.tension + flows.reed + flows.heddle + flows.take_up; }
   /// stored + lost - put in; constant in exact arithmetic and time between two edits of the topology.
-  [[nodiscard]] double balance() const { return stored() + flows.slip + flows.damping - put_in(); }
+  [[nodiscard]] double balance() const { return stored() + flows.slip + flows.damping + flows.axial - put_in(); }
 };
 
 enum class StepStatus { ok, non_finite, overlap_too_deep };
@@ -75,8 +76,8 @@ struct StageTimes {
   double search = 0, contact = 0, integrate = 0;
 };
 
-/// Explicit dynamics of digital fibers with contact and friction; leapfrog, axial terms implicit fiber by fiber (IMEX: Stern & Grinspun
-/// 2009 with the weight of numerics' choice). One step: contact forces, reactions, bars, loads, axial solve, move.
+/// Dynamics of digital fibers with contact and friction: leapfrog, the bars' tensions implicit fiber by fiber so that the axial wave does
+/// not bound the time step. One step: contact forces, reactions, loads, bars, move.
 class Engine {
  public:
   Engine(Model model, State state, const EngineOptions& options);
@@ -110,6 +111,8 @@ class Engine {
   void refresh_geometry(std::uint32_t fiber);
   void move_fiber(std::uint32_t fiber, const Drive& drive, bool with_energy);
   void add_bar_forces(std::uint32_t fiber, bool with_energy);
+  void pull_bars(std::uint32_t fiber);
+  void solve_chain(std::uint32_t begin, std::uint32_t last, double seam);
   void add_guide_forces(std::uint32_t fiber, const Drive& drive, bool with_energy);
   [[nodiscard]] double axial_damping(const FiberType& type) const;
   void search();
@@ -124,8 +127,9 @@ class Engine {
   StageTimes times_;
   double step_limit_ = 0;
   std::vector<Vec3> bar_tangent_, node_tangent_, force_, velocity_change_;
-  std::vector<double> bar_length_, bar_rate_, node_chord_, stiffness_, tension_;
-  std::vector<double> axial_, diagonal_, upper_, multiplier_, corner_;  ///< of the axial solve
+  std::vector<double> bar_length_, bar_rate_, bar_energy_, node_chord_, stiffness_, tension_;
+  std::vector<double> diagonal_, upper_, multiplier_, corner_;  ///< of the solve for the bars' tensions
+  std::vector<std::uint8_t> slack_;                             ///< per bar
   std::vector<PerFiber> per_fiber_;
 };
 
