@@ -34,6 +34,7 @@ void each_double(M& m, F&& f) {
   f("guide_stiffness", m.guide_stiffness);
   f("guide_y", m.guide_y);
   f("rest_length", m.rest_length);
+  f("tributary", m.tributary);
   f("mass", m.mass);
   f("inverse_mass", m.inverse_mass);
 }
@@ -75,6 +76,7 @@ void write_checkpoint(const std::filesystem::path& path, const Checkpoint& c) {
   file.write("/model/type", as<std::uint32_t>(m.type));
   file.write("/model/yarn", as<std::int32_t>(m.yarn));
   file.write("/model/place", as<std::int32_t>(m.place));
+  file.write("/model/points", m.points);
   file.write("/model/fiber_of", m.fiber_of);
   each_double(m, [&](const char* name, const std::vector<double>& v) { file.write(std::string("/model/") + name, v); });
   const State& s = c.state;
@@ -126,6 +128,7 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
   m.type = as<std::uint16_t>(file.read<std::uint32_t>("/model/type"));
   m.yarn = as<int>(file.read<std::int32_t>("/model/yarn"));
   m.place = as<int>(file.read<std::int32_t>("/model/place"));
+  m.points = file.read<std::uint32_t>("/model/points");
   m.fiber_of = file.read<std::uint32_t>("/model/fiber_of");
   each_double(m, [&](const char* name, std::vector<double>& v) { v = file.read<double>(std::string("/model/") + name); });
   State& s = c.state;

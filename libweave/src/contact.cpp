@@ -75,18 +75,22 @@ double stored_in(const LineContact& c) {
 
 /// Moves the spring of a contact by a slip along the touched bar and across it [m], with Coulomb's cap on the force [N], which across is
 /// c.across * sine. Lost is the work done on the spring, by the trapezoidal rule as the motion has it, that the spring does not store.
-void slide(LineContact& c, double slip, double slip_across, double sine2, double stiffness, double cap, double& lost) {
-  const LineContact before = c;
-  const double share = carried_share(c.stiffness, stiffness);
-  c.friction = before.friction * share - stiffness * slip;
-  c.across = before.across * share - stiffness * slip_across;
-  c.stiffness = stiffness;
-  const double force = std::sqrt(c.friction * c.friction + sine2 * c.across * c.across);
-  if (force > cap) {
-    c.friction *= cap / force;
-    c.across *= cap / force;
+/// The force is kept while the contact hardens, the slip while it softens, so that neither makes energy (Thornton & Randall 1988).
+inline void slide(LineContact& c, double slip, double slip_across, double sine2, double stiffness, double cap, double& lost) {
+  const double softness = c.stiffness > 0 ? 1 / c.stiffness : 0;
+  const double share = c.stiffness > 0 ? std::min(stiffness * softness, 1.0) : 0;
+  double f = c.friction * share - stiffness * slip, a = c.across * share - stiffness * slip_across;
+  const double force2 = f * f + sine2 * a * a;
+  if (force2 > cap * cap) {
+    const double back = cap / std::sqrt(force2);
+    f *= back;
+    a *= back;
   }
-  lost += stored_in(before) - stored_in(c) - 0.5 * (before.friction + c.friction) * slip - 0.5 * (before.across + c.across) * slip_across;
+  lost += 0.5 * ((c.friction * c.friction + c.across * c.across) * softness - (f * f + a * a) / stiffness - (c.friction + f) * slip -
+                 (c.across + a) * slip_across);
+  c.friction = f;
+  c.across = a;
+  c.stiffness = stiffness;
 }
 
 void release(LineContact& c, double& lost) {
@@ -122,14 +126,16 @@ struct Target {
   std::span<double> stiffness;
 };
 
-/// Most listed contacts are apart: seen from the bar at hand, before anything else is computed.
-bool clearly_apart(const FiberGeometry& g, const Vec3& point, const LineContact& c, double period_y, double reach) {
+/// Closest point of the touched fiber to a contact's point. Far from the ends of the bar at hand no other bar can be nearer; only near them the
+/// fiber is walked along.
+inline PolylinePoint follow(const Model& m, const FiberGeometry& g, const Vec3& point, LineContact& c) {
   Vec3 r = point - g.x[c.segment];
-  r.y() -= c.image * period_y;
-  const double along = r.dot(g.bar_tangent[c.segment]);
-  if (along < 0 || along > g.bar_length[c.segment]) return false;
-  // A kink of the touched fiber may bring its neighbor bar nearer by a few percent.
-  return r.squaredNorm() - along * along > 1.1 * reach * reach;
+  r.y() -= c.image * m.period_y;
+  const Vec3& t = g.bar_tangent[c.segment];
+  const double along = r.dot(t), length = g.bar_length[c.segment];
+  if (along < end_zone * length || along > (1 - end_zone) * length) return walk_to_point(m, g, point, c.segment, c.image);
+  r -= along * t;
+  return {along / length, r, r.squaredNorm()};
 }
 
 void line_contact(const Target& at, LineContact& c, Reaction& reaction, ContactSums& sums) {
@@ -140,8 +146,7 @@ void line_contact(const Target& at, LineContact& c, Reaction& reaction, ContactS
   const double eta = c.fraction;
   const Vec3 point = contact_point(g, c);
   const PairLaw& law = m.pair_law(at.fiber, other);
-  if (c.stiffness == 0 && clearly_apart(g, point, c, m.period_y, law.reach)) return;
-  const PolylinePoint q = walk_to_point(m, g, point, c.segment, c.image);
+  const PolylinePoint q = follow(m, g, point, c);
   if (q.distance2 >= law.reach * law.reach) return release(c, sums.slip_loss);
   if (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.segment, c.image)) return release(c, sums.slip_loss);
   const std::uint32_t s = c.segment;
@@ -151,9 +156,9 @@ void line_contact(const Target& at, LineContact& c, Reaction& reaction, ContactS
   note_overlap(overlap / law.reach, p, s, sums);
   const bool one_yarn = meets_at_nodes(m, at.fiber, other);
   // Half of the pair's length; the other half comes from the other fiber's points.
-  const double weight = 0.5 * (one_yarn ? m.tributary(p) : m.rest_length[p] / points_per_bar(m, at.fiber));
-  const double fn = weight * law.line_force(overlap);
-  const double kn = weight * law.line_stiffness(overlap);
+  const double weight = 0.5 * (one_yarn ? m.tributary[p] : m.rest_length[p] / m.points[at.fiber]);
+  const auto [force, stiffness] = law.line_response(overlap);
+  const double fn = weight * force, kn = weight * stiffness;
   const double xi = q.fraction;
 
   Vec3 pull = fn * n;  // on the point
@@ -214,8 +219,9 @@ void node_contact(const Target& at, LineContact& c, Reaction& reaction, ContactS
   if (distance >= law.reach) return release(c, sums.slip_loss);
   const double overlap = law.reach - distance;
   note_overlap(overlap / law.reach, p, s, sums);
-  const double weight = 0.5 * m.tributary(p);
-  const double fn = weight * law.line_force(overlap), kn = weight * law.line_stiffness(overlap);
+  const double weight = 0.5 * m.tributary[p];
+  const auto [force, stiffness] = law.line_response(overlap);
+  const double fn = weight * force, kn = weight * stiffness;
   Vec3 on_node = fn / std::max(distance, 1e-3 * law.reach) * to_p;
   Vec3 on_other = -fn / std::max(to_q.norm(), 1e-3 * law.reach) * to_q;
   if (m.friction > 0) {
@@ -303,10 +309,6 @@ void add_reaction(const Reaction& r, std::span<Vec3> force, std::span<double> st
 }
 
 }  // namespace
-
-int points_per_bar(const Model& m, std::uint32_t fiber) {
-  return std::max(1, static_cast<int>(std::ceil(m.rest_length[m.first[fiber]] / m.type_of(fiber).radius - 1e-6)));
-}
 
 bool meets_at_nodes(const Model& m, std::uint32_t fiber_a, std::uint32_t fiber_b) {
   return m.node_contact || (m.yarn[fiber_a] == m.yarn[fiber_b] && m.role[fiber_a] == m.role[fiber_b]);

@@ -79,7 +79,11 @@ Rebuild take_apart(const Model& m, const State& s) {
 
 void put_together(const Rebuild& r, Model& m, State& s) {
   Model next = m;
-  for (auto* a : {&next.end_force, &next.guide_stiffness, &next.guide_y, &next.rest_length, &next.mass, &next.inverse_mass}) a->clear();
+  for (auto* a : {&next.end_force, &next.guide_stiffness, &next.guide_y, &next.rest_length, &next.tributary, &next.mass,
+                  &next.inverse_mass}) {
+    a->clear();
+  }
+  next.points.clear();
   next.first.clear();
   next.role.clear();
   next.periodic.clear();

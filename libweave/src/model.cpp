@@ -1,19 +1,10 @@
 #include "weave/model.hpp"
 
+#include <algorithm>
 #include <cassert>
+#include <cmath>
 
 namespace weave {
-
-double Model::tributary(std::uint32_t node) const {
-  const std::uint32_t f = fiber_of[node];
-  double before = 0;
-  if (node > first[f]) {
-    before = rest_length[node - 1];
-  } else if (periodic[f]) {
-    before = rest_length[last(f) - 1];
-  }
-  return 0.5 * (before + rest_length[node]);
-}
 
 std::uint16_t add_type(Model& model, const FiberType& type) {
   model.types.push_back(type);
@@ -45,6 +36,7 @@ void add_fiber(Model& model, const FiberSpec& spec, std::vector<Vec3>& x) {
   model.end_force.push_back(spec.end_force);
   model.guide_stiffness.push_back(spec.guide_stiffness);
   model.guide_y.push_back(spec.guide_y);
+  model.points.push_back(static_cast<std::uint32_t>(std::max(1.0, std::ceil(spec.rest_length.front() / type.radius - 1e-6))));
   model.first.push_back(static_cast<std::uint32_t>(base + n + (spec.periodic ? 1 : 0)));
 
   x.insert(x.end(), spec.x.begin(), spec.x.end());
@@ -54,13 +46,15 @@ void add_fiber(Model& model, const FiberSpec& spec, std::vector<Vec3>& x) {
     const double before = i > 0 ? spec.rest_length[i - 1] : (spec.periodic ? spec.rest_length.back() : 0);
     const double after = has_bar ? spec.rest_length[i] : 0;
     model.rest_length.push_back(after);
-    model.mass.push_back(0.5 * type.density * type.area * (before + after));
+    model.tributary.push_back(0.5 * (before + after));
+    model.mass.push_back(type.density * type.area * model.tributary.back());
     const bool held = spec.hold_all || (spec.hold_first && i == 0);
     model.inverse_mass.push_back(held ? 0 : 1 / model.mass.back());
     model.fiber_of.push_back(fiber);
   }
   if (spec.periodic) {
     model.rest_length.push_back(0);
+    model.tributary.push_back(0);
     model.mass.push_back(0);
     model.inverse_mass.push_back(0);
     model.fiber_of.push_back(fiber);

@@ -140,7 +140,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
   const double half_bar = 0.55 * bar_fiber;  // the points around a node are looked for with it; a bar may be stretched
   const double reach_node = line_reach + half_bar;
   const double reach_middle = reach_node + 0.55 * bar_max_;
-  const int points = points_per_bar(m, fiber);
+  const auto points = static_cast<int>(m.points[fiber]);
   const bool periodic = m.period_y > 0;
   const int range_y = static_cast<int>(std::ceil(reach_middle / bins_.size.y()));
   std::vector<Candidate> candidates;

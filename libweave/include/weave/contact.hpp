@@ -75,9 +75,6 @@ struct ContactSums {
   std::uint32_t touching = 0;
 };
 
-/// Points on each bar of a fiber against other yarns: no farther apart than half a diameter.
-int points_per_bar(const Model& model, std::uint32_t fiber);
-
 /// Whether two fibers are of one yarn, so that the nodes are the points of their contact (always by the node-to-node law).
 bool meets_at_nodes(const Model& model, std::uint32_t fiber_a, std::uint32_t fiber_b);
 Vec3 contact_point(const FiberGeometry& geometry, const LineContact& contact);

@@ -23,6 +23,14 @@ struct PairLaw {
   [[nodiscard]] double line_force(double overlap) const { return line * overlap * std::sqrt(overlap) / (reach - overlap); }  ///< [N/m]
   /// k_n = E_T A_c / (l_c l_e) of eq. (4), the slope of the force at fixed l_c [N/m^2].
   [[nodiscard]] double line_stiffness(double overlap) const { return 1.5 * line * std::sqrt(overlap) / (reach - overlap); }
+  struct ForceAndStiffness {
+    double force, stiffness;
+  };
+  /// line_force and line_stiffness together.
+  [[nodiscard]] ForceAndStiffness line_response(double overlap) const {
+    const double slope = line * std::sqrt(overlap) / (reach - overlap);
+    return {slope * overlap, 1.5 * slope};
+  }
   /// Integral of line_force from 0 to `overlap` [J/m], in closed form with u = sqrt(delta).
   [[nodiscard]] double line_energy(double overlap) const {
     const double u = std::sqrt(overlap), root = std::sqrt(reach);

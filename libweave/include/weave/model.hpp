@@ -48,9 +48,11 @@ struct Model {
   std::vector<double> end_force;      ///< constant pull along +x at the last node [N]
   std::vector<double> guide_stiffness;  ///< of the heddle guide on one node [N/m]; 0: no guide
   std::vector<double> guide_y;        ///< [m]
+  std::vector<std::uint32_t> points;  ///< on each bar against other yarns: no farther apart than half a diameter
 
   // per node
   std::vector<double> rest_length;    ///< of the bar from this node to the next [m]; 0 at a fiber's last node
+  std::vector<double> tributary;      ///< rest length of fiber that the node stands for [m]; 0 for a ghost
   std::vector<double> mass;           ///< lumped [kg]; a ghost has none of its own
   std::vector<double> inverse_mass;   ///< 0: held, moved at a given velocity
   std::vector<std::uint32_t> fiber_of;
@@ -65,7 +67,6 @@ struct Model {
   [[nodiscard]] std::uint32_t last(std::size_t fiber) const { return first[fiber + 1] - 1; }
   /// Number of nodes that carry mass.
   [[nodiscard]] std::uint32_t own_nodes(std::size_t fiber) const { return first[fiber + 1] - first[fiber] - periodic[fiber]; }
-  [[nodiscard]] double tributary(std::uint32_t node) const;  ///< rest length of fiber that a node stands for [m]
 };
 
 /// Adds a type and returns its number; call `finish_types` after the last.
