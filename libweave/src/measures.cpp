@@ -105,16 +105,22 @@ Steadiness steadiness(const Snapshot& a, const Snapshot& b) {
   if (a.yarn != b.yarn || a.fiber != b.fiber) throw std::invalid_argument("steadiness: the two cells do not hold the same fibers");
   Steadiness result;
   constexpr int samples = 64;
-  for (std::size_t f = 0; f < a.fibers(); ++f) {
-    for (int k = 0; k < samples; ++k) {
-      Vec3 d = point_at_share(b, f, (k + 0.5) / samples) - point_at_share(a, f, (k + 0.5) / samples);
-      d.x() -= b.x_min - a.x_min;
-      const double distance = d.norm() / (2 * a.radius[f]);
-      result.mean += distance;
-      result.largest = std::max(result.largest, distance);
+  const auto total = static_cast<double>(samples * a.fibers());
+  const auto each = [&](auto&& visit) {
+    for (std::size_t f = 0; f < a.fibers(); ++f) {
+      for (int k = 0; k < samples; ++k) {
+        Vec3 d = point_at_share(b, f, (k + 0.5) / samples) - point_at_share(a, f, (k + 0.5) / samples);
+        d.x() -= b.x_min - a.x_min;
+        visit(f, d);
+      }
     }
-  }
-  result.mean /= static_cast<double>(samples * a.fibers());
+  };
+  each([&](std::size_t, const Vec3& d) { result.shift += d / total; });
+  each([&](std::size_t f, const Vec3& d) {
+    const double distance = (d - result.shift).norm() / (2 * a.radius[f]);
+    result.mean += distance / total;
+    result.largest = std::max(result.largest, distance);
+  });
   return result;
 }
 

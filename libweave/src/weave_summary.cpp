@@ -69,9 +69,13 @@ std::string summary_json(const Case& c, const WeaveResult& r) {
   j["stress_mean_weft_Pa"] = s.cell.stress_mean_weft;
   j["steadiness"] = s.steadiness.empty() ? ordered_json() : ordered_json(s.steadiness.back().mean);
   j["steadiness_largest"] = s.steadiness.empty() ? ordered_json() : ordered_json(s.steadiness.back().largest);
-  ordered_json per_cell = ordered_json::array();
-  for (const Steadiness& k : s.steadiness) per_cell.push_back(k.mean);
+  ordered_json per_cell = ordered_json::array(), shift = ordered_json::array();
+  for (const Steadiness& k : s.steadiness) {
+    per_cell.push_back(k.mean);
+    shift.push_back(k.shift.z());
+  }
   j["steadiness_per_cell"] = per_cell;
+  j["cell_shift_z_m"] = shift;
   j["order_violations"] = s.order_violations;
   j["searches"] = s.searches;
   j["late_rebuilds"] = s.late_searches;

@@ -147,8 +147,24 @@ class WeavingRun {
     }
     if (takes_up) {
       const double length = case_.take_up.length / case_.take_up.flags;
-      drive_.held_velocity.x() = -length * (take_up_progress(case_, times, t + dt) - take_up_progress(case_, times, t)) / dt;
+      const double done = take_up_progress(case_, times, t), next = take_up_progress(case_, times, t + dt);
+      drive_.held_velocity.x() = -length * (next - done) / dt;
+      // The cloth is drawn over the breast beam: what lies off its level comes back to it.
+      if (done < 1) drive_.held_velocity.z() = -held_level() * (next - done) / ((1 - done) * dt);
     }
+  }
+
+  /// Mean height of the warps' held ends [m].
+  double held_level() const {
+    const Model& m = engine_->model();
+    double sum = 0;
+    int count = 0;
+    for (std::uint32_t f = 0; f < m.fibers(); ++f) {
+      if (m.role[f] != Role::warp) continue;
+      sum += engine_->state().x[m.first[f]].z();
+      ++count;
+    }
+    return sum / count;
   }
 
   std::size_t active_contacts() const {

@@ -16,10 +16,12 @@ struct CellMeasures {
 };
 CellMeasures measure_cell(const Snapshot& cell);
 
-/// Difference of two successive unit cells in fiber diameters: distance between the same fibers at the same share of their length, each
-/// cell seen from its own face, mean and largest. Both cells must have the same fibers in the same order (std::invalid_argument).
+/// Difference of two successive unit cells in fiber diameters: distance between the same fibers at the same share of their length, mean and
+/// largest, after the translation that carries one cell to the other: from face to face along x, and `shift` beside it. Both cells must
+/// have the same fibers in the same order (std::invalid_argument).
 struct Steadiness {
   double mean = 0, largest = 0;
+  Vec3 shift = Vec3::Zero();  ///< mean displacement of the fibers beside the cell's length [m]
 };
 Steadiness steadiness(const Snapshot& before, const Snapshot& after);
 
