@@ -33,6 +33,7 @@ void each_double(M& m, F&& f) {
   f("end_force", m.end_force);
   f("guide_stiffness", m.guide_stiffness);
   f("guide_y", m.guide_y);
+  f("point_length", m.point_length);
   f("rest_length", m.rest_length);
   f("tributary", m.tributary);
   f("mass", m.mass);

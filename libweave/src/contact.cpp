@@ -37,14 +37,13 @@ struct OnBar {
   double distance2;
 };
 
-OnBar nearest_on_bar(const FiberGeometry& g, const Vec3& point, std::uint32_t s, double shift) {
+inline OnBar nearest_on_bar(const FiberGeometry& g, const Vec3& point, std::uint32_t s, double shift) {
   Vec3 r = point - g.x[s];
   r.y() -= shift;
   const double along = r.dot(g.bar_tangent[s]);
   const double clamped = std::clamp(along, 0.0, g.bar_length[s]);
   r -= clamped * g.bar_tangent[s];
-  const double inverse = 1 / g.bar_length[s];
-  return {along * inverse, clamped * inverse, r, r.squaredNorm()};
+  return {along * g.bar_inverse[s], clamped * g.bar_inverse[s], r, r.squaredNorm()};
 }
 
 PolylinePair nearest_on_bars(const FiberGeometry& g, std::uint32_t a, std::uint32_t b, double shift) {
@@ -135,7 +134,7 @@ inline PolylinePoint follow(const Model& m, const FiberGeometry& g, const Vec3& 
   const double along = r.dot(t), length = g.bar_length[c.segment];
   if (along < end_zone * length || along > (1 - end_zone) * length) return walk_to_point(m, g, point, c.segment, c.image);
   r -= along * t;
-  return {along / length, r, r.squaredNorm()};
+  return {along * g.bar_inverse[c.segment], r, r.squaredNorm()};
 }
 
 void line_contact(const Target& at, LineContact& c, Reaction& reaction, ContactSums& sums) {
@@ -151,12 +150,13 @@ void line_contact(const Target& at, LineContact& c, Reaction& reaction, ContactS
   if (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.segment, c.image)) return release(c, sums.slip_loss);
   const std::uint32_t s = c.segment;
   const double distance = std::sqrt(q.distance2);
-  const Vec3 n = q.separation / std::max(distance, 1e-3 * law.reach);
+  const Vec3 n = (1 / std::max(distance, 1e-3 * law.reach)) * q.separation;
   const double overlap = law.reach - distance;
-  note_overlap(overlap / law.reach, p, s, sums);
+  const double overlap_ratio = overlap * law.inverse_reach;
+  note_overlap(overlap_ratio, p, s, sums);
   const bool one_yarn = meets_at_nodes(m, at.fiber, other);
   // Half of the pair's length; the other half comes from the other fiber's points.
-  const double weight = 0.5 * (one_yarn ? m.tributary[p] : m.rest_length[p] / m.points[at.fiber]);
+  const double weight = 0.5 * (one_yarn ? m.tributary[p] : m.point_length[at.fiber]);
   const auto [force, stiffness] = law.line_response(overlap);
   const double fn = weight * force, kn = weight * stiffness;
   const double xi = q.fraction;
@@ -166,7 +166,7 @@ void line_contact(const Target& at, LineContact& c, Reaction& reaction, ContactS
   if (m.friction > 0) {
     const Vec3& tb = g.bar_tangent[s];
     const Vec3 dvb = g.v[s + 1] - g.v[s];
-    const double arm_b = distance / g.bar_length[s];
+    const double arm_b = distance * g.bar_inverse[s];
     if (one_yarn) {
       const double slip = at.dt * ((g.v[p] - g.v[s] - xi * dvb).dot(tb) + arm_b * n.dot(dvb));
       slide(c, slip, 0, 0, m.friction * kn, m.friction * fn, sums.slip_loss);
@@ -175,7 +175,7 @@ void line_contact(const Target& at, LineContact& c, Reaction& reaction, ContactS
     } else {
       const Vec3& ta = g.bar_tangent[p];
       const Vec3 dva = g.v[p + 1] - g.v[p];
-      const double arm_a = distance / g.bar_length[p];
+      const double arm_a = distance * g.bar_inverse[p];
       const double cosine = ta.dot(tb);
       const Vec3 relative = g.v[p] + eta * dva - g.v[s] - xi * dvb;
       const double slip_b = at.dt * (relative.dot(tb) + arm_b * n.dot(dvb));
@@ -187,7 +187,7 @@ void line_contact(const Target& at, LineContact& c, Reaction& reaction, ContactS
       couple_b = along_b * arm_b * n;
     }
   }
-  const double k = kn * (1 + overlap / law.reach) + m.friction * kn;
+  const double k = kn * (1 + overlap_ratio + m.friction);
   at.force[p] += (1 - eta) * pull - couple_a;
   at.stiffness[p] += (1 - eta) * k;
   if (!one_yarn) {

@@ -42,7 +42,7 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   node_tangent_.assign(n, Vec3::UnitX());
   force_.assign(n, Vec3::Zero());
   velocity_change_.assign(n, Vec3::Zero());
-  for (auto* a : {&bar_length_, &bar_rate_, &bar_energy_, &node_chord_, &stiffness_, &tension_, &diagonal_, &upper_, &multiplier_, &corner_}) {
+  for (auto* a : {&bar_length_, &bar_inverse_, &bar_rate_, &bar_energy_, &node_chord_, &stiffness_, &tension_, &diagonal_, &upper_, &multiplier_, &corner_}) {
     a->assign(n, 0);
   }
   slack_.assign(n, 0);
@@ -61,7 +61,7 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
 std::pair<Model, State> Engine::release() && { return {std::move(model_), std::move(state_)}; }
 
 FiberGeometry Engine::geometry() const {
-  return {state_.x, state_.v, bar_tangent_, bar_length_, node_tangent_, node_chord_};
+  return {state_.x, state_.v, bar_tangent_, bar_length_, bar_inverse_, node_tangent_, node_chord_};
 }
 
 void Engine::refresh_geometry(std::uint32_t f) {
@@ -74,7 +74,8 @@ void Engine::refresh_geometry(std::uint32_t f) {
   for (std::uint32_t s = begin; s < last; ++s) {
     const Vec3 r = x[s + 1] - x[s];
     bar_length_[s] = r.norm();
-    bar_tangent_[s] = (1 / bar_length_[s]) * r;
+    bar_inverse_[s] = 1 / bar_length_[s];
+    bar_tangent_[s] = bar_inverse_[s] * r;
   }
   const auto set = [&](std::uint32_t p, const Vec3& chord) {
     node_chord_[p] = chord.norm();

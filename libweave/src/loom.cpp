@@ -79,7 +79,7 @@ Rebuild take_apart(const Model& m, const State& s) {
 
 void put_together(const Rebuild& r, Model& m, State& s) {
   Model next = m;
-  for (auto* a : {&next.end_force, &next.guide_stiffness, &next.guide_y, &next.rest_length, &next.tributary, &next.mass,
+  for (auto* a : {&next.end_force, &next.guide_stiffness, &next.guide_y, &next.point_length, &next.rest_length, &next.tributary, &next.mass,
                   &next.inverse_mass}) {
     a->clear();
   }

@@ -37,6 +37,7 @@ void add_fiber(Model& model, const FiberSpec& spec, std::vector<Vec3>& x) {
   model.guide_stiffness.push_back(spec.guide_stiffness);
   model.guide_y.push_back(spec.guide_y);
   model.points.push_back(static_cast<std::uint32_t>(std::max(1.0, std::ceil(spec.rest_length.front() / type.radius - 1e-6))));
+  model.point_length.push_back(spec.rest_length.front() / model.points.back());
   model.first.push_back(static_cast<std::uint32_t>(base + n + (spec.periodic ? 1 : 0)));
 
   x.insert(x.end(), spec.x.begin(), spec.x.end());

@@ -60,7 +60,7 @@ struct ContactList {
 struct FiberGeometry {
   std::span<const Vec3> x, v;
   std::span<const Vec3> bar_tangent;    ///< unit, from a node to the next
-  std::span<const double> bar_length;
+  std::span<const double> bar_length, bar_inverse;  ///< length [m] and 1/length
   std::span<const Vec3> node_tangent;   ///< unit, from the previous to the next node
   std::span<const double> node_chord;   ///< distance from the previous to the next node
 };

@@ -9,7 +9,8 @@ namespace weave {
 /// Crossing contact: the same law integrated along a fiber that crosses the other at a right angle, with the gap of two cylinders near
 /// their crossing, delta(s) = delta - s^2 / (2 D):  f = (pi/2) E_T sqrt(2 R D) delta^2 / l_c.
 struct PairLaw {
-  double reach = 0;     ///< D = R1 + R2 [m]
+  double reach = 0;          ///< D = R1 + R2 [m]
+  double inverse_reach = 0;  ///< 1/D
   double line = 0;      ///< 4 E_T sqrt(R) / 3 [N m^-3/2]
   double crossing = 0;  ///< (pi/2) E_T sqrt(2 R D) [N/m]
 
@@ -17,7 +18,7 @@ struct PairLaw {
     const double r = 2 * radius_a * radius_b / (radius_a + radius_b);
     const double e = 2 / (1 / modulus_a + 1 / modulus_b);
     const double d = radius_a + radius_b;
-    return {d, 4 * e * std::sqrt(r) / 3, std::numbers::pi / 2 * e * std::sqrt(2 * r * d)};
+    return {d, 1 / d, 4 * e * std::sqrt(r) / 3, std::numbers::pi / 2 * e * std::sqrt(2 * r * d)};
   }
 
   [[nodiscard]] double line_force(double overlap) const { return line * overlap * std::sqrt(overlap) / (reach - overlap); }  ///< [N/m]

@@ -49,6 +49,7 @@ struct Model {
   std::vector<double> guide_stiffness;  ///< of the heddle guide on one node [N/m]; 0: no guide
   std::vector<double> guide_y;        ///< [m]
   std::vector<std::uint32_t> points;  ///< on each bar against other yarns: no farther apart than half a diameter
+  std::vector<double> point_length;   ///< rest length of fiber that each of them stands for [m]
 
   // per node
   std::vector<double> rest_length;    ///< of the bar from this node to the next [m]; 0 at a fiber's last node
