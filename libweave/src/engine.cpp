@@ -427,7 +427,7 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
     report.message = describe_failure(report.status);
     return report;
   }
-  choose_time_step(frequency2);
+  choose_time_step(frequency2, speed2);
   const double ahead = std::sqrt(speed2) * state_.dt;
   const double moved = std::sqrt(moved2), moved_pick = std::sqrt(moved_pick2);
   if (moved > 0.5 * options_.outer_skin || moved_pick > 0.5 * options_.skin) ++state_.late_searches;
@@ -439,13 +439,14 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
   return report;
 }
 
-void Engine::choose_time_step(double frequency2) {
+void Engine::choose_time_step(double frequency2, double speed2) {
   step_limit_ = frequency2 > 0 ? 2 / std::sqrt(frequency2) : options_.time_step_max;
   if (options_.time_step > 0) {
     state_.dt = options_.time_step;
     return;
   }
-  const double wanted = std::min(options_.safety * step_limit_, options_.time_step_max);
+  double wanted = std::min(options_.safety * step_limit_, options_.time_step_max);
+  if (speed2 > 0) wanted = std::min(wanted, options_.motion_max / std::sqrt(speed2));
   if (state_.dt > wanted || state_.step <= 1) {
     state_.dt = wanted;
     state_.calm_steps = 0;

@@ -120,7 +120,7 @@ void put_together(const Rebuild& r, Model& m, State& s) {
     return new_node[segment] != none && next.rest_length[new_node[segment]] > 0;
   };
   for (std::uint32_t f = 0; f < next.fibers(); ++f) {
-    if (const std::uint32_t o = old_fiber[f]; o != none) {
+    if (const std::uint32_t o = old_fiber[f]; o != none && !old.line_of.empty()) {
       for (std::uint32_t i = old.line_of[o]; i < old.line_of[o + 1]; ++i) {
         LineContact c = old.line[i];
         if (new_node[c.node] == none || !bar_stays(c.segment)) continue;

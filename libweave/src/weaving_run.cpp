@@ -19,6 +19,7 @@ using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
 
 constexpr double rows_per_pick = 400;        ///< of the history, by default
+constexpr double motion_share = 0.05;        ///< of the smallest fiber diameter that a fiber may move in a step
 constexpr double start_overlap_limit = 0.05;
 constexpr double progress_interval = 0.5;    ///< wall time [s]
 constexpr double order_check_interval = 0.05;  ///< share of a pick
@@ -69,10 +70,10 @@ EngineOptions engine_options(const Case& c, const LoomLayout& layout) {
   o.outer_skin = c.numerics.outer_skin * layout.fiber_diameter;
   o.safety = c.numerics.safety;
   o.time_step = c.numerics.time_step;
-  const double top_speed = std::max(c.beat_up.enabled ? c.beat_up.top_speed : 0, 2 * c.loom.height / c.shedding.time);
   double smallest = layout.fiber_diameter;
   for (const std::string& name : layout.type_names) smallest = std::min(smallest, 2 * c.yarns.at(name).fiber_radius());
-  o.time_step_max = 0.05 * smallest / std::max(top_speed, 1.0);  // no fiber passes a twentieth of a diameter in a step
+  o.motion_max = motion_share * smallest;
+  o.time_step_max = motion_share * smallest;  // as at 1 m/s, for a loom at rest
   o.active_x_max = c.loom.length + engine_reach_behind_heddle * c.numerics.element_length * layout.fiber_diameter;
   return o;
 }

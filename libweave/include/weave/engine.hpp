@@ -52,6 +52,7 @@ struct EngineOptions {
   double safety = 0.8;         ///< fraction of the stability limit taken as time step
   double time_step = 0;        ///< [s]; 0: from the stability limit
   double time_step_max = 1;    ///< [s]
+  double motion_max = std::numeric_limits<double>::infinity();  ///< of any node in one chosen time step [m]
   double overlap_limit = 0.6;  ///< deepest overlap in sums of two radii before the run is stopped
   double active_x_max = std::numeric_limits<double>::infinity();  ///< nodes beyond it touch nothing [m]
 };
@@ -117,7 +118,7 @@ class Engine {
   [[nodiscard]] double axial_damping(const FiberType& type) const;
   void search();
   void pick();
-  void choose_time_step(double frequency2);
+  void choose_time_step(double frequency2, double speed2);
   [[nodiscard]] std::string describe_failure(StepStatus status) const;
 
   Model model_;

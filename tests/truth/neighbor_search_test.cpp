@@ -1,0 +1,180 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "scenes/scenes.hpp"
+
+namespace {
+
+using namespace scenes;
+using weave::Model;
+
+constexpr int images = 12;  ///< looked at on either side
+
+/// Distance of a point from a fiber shifted by image * period_y, from every bar.
+double distance_to_fiber(const Model& m, const std::vector<Vec3>& x, const Vec3& point, std::uint32_t fiber, int image) {
+  const Vec3 shift(0, image * m.period_y, 0);
+  double least = 1e300;
+  for (std::uint32_t q = m.first[fiber]; q < m.last(fiber); ++q) {
+    least = std::min(least, bar_distance(point, point, x[q] + shift, x[q + 1] + shift));
+  }
+  return least;
+}
+
+/// Compares the list of a fresh search with all pairs of points and fibers, and returns how many touch. A closed fiber's images are one
+/// endless chain: its place nearest to a point counts once.
+int compare_with_brute_force(const Scene& scene) {
+  const weave::Engine engine = scene.engine();
+  const Model& m = engine.model();
+  const weave::FiberGeometry g = engine.geometry();
+  const int reach_of_images = m.period_y > 0 ? images : 0;
+
+  std::map<std::tuple<std::uint32_t, float, std::uint32_t, int>, std::vector<double>> listed;
+  for (const weave::LineContact& c : engine.state().contacts.line) {
+    std::uint32_t segment = c.segment;
+    std::int32_t image = c.image;
+    const double distance = std::sqrt(walk_to_point(m, g, contact_point(g, c), segment, image).distance2);
+    const std::uint32_t f = m.fiber_of[segment];
+    listed[{c.node, c.fraction, f, m.periodic[f] ? 0 : image}].push_back(distance);
+  }
+
+  int touching = 0;
+  for (std::uint32_t f = 0; f < m.fibers(); ++f) {
+    for (std::uint32_t b = 0; b < m.fibers(); ++b) {
+      const bool nodes = meets_at_nodes(m, f, b);
+      const std::uint32_t end = nodes ? m.first[f] + m.own_nodes(f) : m.last(f);
+      for (std::uint32_t p = m.first[f]; p < end; ++p) {
+        for (std::uint32_t i = 0; i < (nodes ? 1 : m.points[f]); ++i) {
+          weave::LineContact at;
+          at.node = p;
+          at.fraction = nodes ? 0 : static_cast<float>((i + 0.5) / m.points[f]);
+          const Vec3 point = contact_point(g, at);
+          std::map<int, double> by_image;  // a closed fiber has one entry
+          for (int k = -reach_of_images; k <= reach_of_images; ++k) {
+            if (b == f && (k == 0 || m.periodic[f])) continue;
+            const double d = distance_to_fiber(m, engine.state().x, point, b, k);
+            const auto [entry, first] = by_image.try_emplace(m.periodic[b] ? 0 : k, d);
+            if (!first) entry->second = std::min(entry->second, d);
+          }
+          for (const auto& [k, d] : by_image) {
+            if (d >= m.pair_law(f, b).reach) continue;
+            ++touching;
+            const auto found = listed.find({p, at.fraction, b, k});
+            const std::vector<double> distances = found == listed.end() ? std::vector<double>{} : found->second;
+            EXPECT_EQ(distances.size(), 1) << "point " << at.fraction << " of bar " << p << " of fiber " << f << ", fiber " << b
+                                           << ", image " << k << ", distance " << d;
+            if (distances.size() == 1) {
+              EXPECT_NEAR(distances[0], d, 1e-9 * m.types[0].radius);  // a tie within round-off may go to the next bar
+            }
+          }
+        }
+      }
+    }
+  }
+  return touching;
+}
+
+TEST(neighbor_search, finds_what_brute_force_finds_in_a_tangle) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    for (const double bar : {0.5, 1.0, 2.5}) {
+      const int bars = static_cast<int>(10 / bar);
+      const Scene scene = tangle(glass_fiber(), {.fibers = 25, .bars = bars, .bar_length = bar, .box = 8, .clearance = 0.5, .seed = seed});
+      EXPECT_GT(compare_with_brute_force(scene), 10);
+    }
+  }
+}
+
+TEST(neighbor_search, finds_what_brute_force_finds_among_nearly_parallel_fibers) {
+  const auto type = glass_fiber();
+  const double d = 2 * type.radius;
+  std::mt19937_64 random(7);
+  Scene scene = empty_scene(type);
+  for (int i = 0; i < 5; ++i) {
+    for (int k = 0; k < 5; ++k) {
+      const Vec3 from = d * Vec3(uniform(random), 0.97 * i, 0.97 * k);
+      const Vec3 along = 15 * d * Vec3(1, 0.02 * uniform(random), 0.02 * uniform(random));
+      add(scene, chain(from, from + along, 9 + i, 0, 5 * i + k));
+    }
+  }
+  EXPECT_GT(compare_with_brute_force(scene), 300);
+}
+
+TEST(neighbor_search, finds_what_brute_force_finds_in_periodic_cells) {
+  const auto type = glass_fiber();
+  const double d = 2 * type.radius;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    for (const double width : {1.5, 2.2, 5.0, 12.0}) {
+      for (const double bar : {0.7, 2.0}) {
+        SCOPED_TRACE(testing::Message() << "width " << width << ", bar " << bar << ", seed " << seed);
+        const Scene scene = periodic_mesh(type, width * d, 6, 6, bar * d, 2 * d, seed);
+        EXPECT_GT(compare_with_brute_force(scene), 10);
+      }
+    }
+  }
+}
+
+TEST(neighbor_search, finds_what_brute_force_finds_in_a_plain_weave) {
+  Scene scene = plain_weave_cell(glass_fiber(), 2.5, 8);
+  for (Vec3& x : scene.state.x) x.z() *= 0.9;  // touching
+  EXPECT_GT(compare_with_brute_force(scene), 8);
+}
+
+TEST(neighbor_search, finds_every_crossing_with_a_reed_bar_once) {
+  const auto type = glass_fiber();
+  const double d = 2 * type.radius, period = 8 * d;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    std::mt19937_64 random(seed);
+    Scene scene = empty_scene(type);
+    scene.model.period_y = period;
+    const int bars = 3, fibers = 12;
+    for (int i = 0; i < bars; ++i) {
+      auto bar = chain(Vec3(0, i * period / bars, -50 * d), Vec3(0, i * period / bars, 50 * d), 1, 0, -1);
+      bar.role = weave::Role::reed;
+      bar.hold_all = true;
+      add(scene, bar);
+    }
+    for (int i = 0; i < fibers; ++i) {
+      const Vec3 middle = 6 * d * Vec3(0.2 * uniform(random), uniform(random), uniform(random));
+      const Vec3 along = 5 * d * Vec3(1, 0.3 * uniform(random), 0.3 * uniform(random));
+      add(scene, chain(middle - along, middle + along, 7, 0, i));
+    }
+    const weave::Engine engine = scene.engine();
+    const Model& m = engine.model();
+    const weave::FiberGeometry g = engine.geometry();
+    int touching = 0;
+    for (std::uint32_t f = bars; f < m.fibers(); ++f) {
+      for (std::uint32_t b = 0; b < bars; ++b) {
+        for (int k = -images; k <= images; ++k) {
+          const Vec3 shift(0, k * period, 0);
+          double least = 1e300;
+          for (std::uint32_t p = m.first[f]; p < m.last(f); ++p) {
+            least = std::min(least, bar_distance(g.x[p], g.x[p + 1], g.x[m.first[b]] + shift, g.x[m.first[b] + 1] + shift));
+          }
+          if (least >= m.pair_law(f, b).reach) continue;
+          ++touching;
+          int times = 0;
+          for (weave::CrossingContact c : engine.state().contacts.crossing) {
+            if (m.fiber_of[c.segment_a] != f || m.fiber_of[c.segment_b] != b || c.image != k) continue;
+            ++times;
+            EXPECT_NEAR(std::sqrt(walk_to_pair(m, g, c.segment_a, c.segment_b, c.image).distance2), least, 1e-9 * d);
+          }
+          EXPECT_EQ(times, 1) << "fiber " << f << ", bar " << b << ", image " << k;
+        }
+      }
+    }
+    EXPECT_GT(touching, 3);
+  }
+}
+
+TEST(neighbor_search, is_never_late) {
+  Scene scene = tangle(glass_fiber(), {.fibers = 12, .bars = 8, .box = 8, .speed = 10});
+  scene.options.time_step = 3e-8;
+  weave::Engine engine = scene.engine();
+  for (int i = 0; i < 2000; ++i) engine.step(at_rest(scene.model));
+  EXPECT_GT(engine.state().searches, 3);
+  EXPECT_EQ(engine.state().late_searches, 0);
+}
+
+}  // namespace
