@@ -64,6 +64,52 @@ Vec3 point_at_share(const Snapshot& s, std::size_t f, double share) {
   return s.x[p] + (span > 0 ? (wanted - s.arc[p]) / span : 0) * (s.x[p + 1] - s.x[p]);
 }
 
+/// Column for each row such that the sum of the costs is least (Kuhn 1955, by shortest augmenting paths with potentials).
+std::vector<Eigen::Index> cheapest_assignment(const Eigen::MatrixXd& cost) {
+  const Eigen::Index n = cost.rows();
+  const auto size = static_cast<std::size_t>(n) + 1;
+  const double infinite = std::numeric_limits<double>::infinity();
+  std::vector<double> u(size, 0), v(size, 0);
+  std::vector<std::size_t> row_of(size, 0), way(size, 0);  // 1-based; 0: none
+  for (std::size_t row = 1; row < size; ++row) {
+    std::vector<double> slack(size, infinite);
+    std::vector<bool> used(size, false);
+    row_of[0] = row;
+    std::size_t column = 0;
+    do {
+      used[column] = true;
+      const std::size_t at = row_of[column];
+      double least = infinite;
+      std::size_t next = 0;
+      for (std::size_t j = 1; j < size; ++j) {
+        if (used[j]) continue;
+        const double reduced = cost(static_cast<Eigen::Index>(at) - 1, static_cast<Eigen::Index>(j) - 1) - u[at] - v[j];
+        if (reduced < slack[j]) {
+          slack[j] = reduced;
+          way[j] = column;
+        }
+        if (slack[j] < least) {
+          least = slack[j];
+          next = j;
+        }
+      }
+      for (std::size_t j = 0; j < size; ++j) {
+        if (used[j]) {
+          u[row_of[j]] += least;
+          v[j] -= least;
+        } else {
+          slack[j] -= least;
+        }
+      }
+      column = next;
+    } while (row_of[column] != 0);
+    for (; column != 0; column = way[column]) row_of[column] = row_of[way[column]];
+  }
+  std::vector<Eigen::Index> result(static_cast<std::size_t>(n));
+  for (std::size_t j = 1; j < size; ++j) result[row_of[j] - 1] = static_cast<Eigen::Index>(j) - 1;
+  return result;
+}
+
 }  // namespace
 
 CellMeasures measure_cell(const Snapshot& s) {
@@ -105,22 +151,42 @@ Steadiness steadiness(const Snapshot& a, const Snapshot& b) {
   if (a.yarn != b.yarn || a.fiber != b.fiber) throw std::invalid_argument("steadiness: the two cells do not hold the same fibers");
   Steadiness result;
   constexpr int samples = 64;
-  const auto total = static_cast<double>(samples * a.fibers());
-  const auto each = [&](auto&& visit) {
-    for (std::size_t f = 0; f < a.fibers(); ++f) {
-      for (int k = 0; k < samples; ++k) {
-        Vec3 d = point_at_share(b, f, (k + 0.5) / samples) - point_at_share(a, f, (k + 0.5) / samples);
-        d.x() -= b.x_min - a.x_min;
-        visit(f, d);
-      }
+  const std::size_t fibers = a.fibers();
+  const double total = static_cast<double>(fibers);
+  std::vector<Vec3> path_a(fibers * samples), path_b(path_a.size());
+  for (std::size_t f = 0; f < fibers; ++f) {
+    for (int k = 0; k < samples; ++k) {
+      const std::size_t i = f * samples + static_cast<std::size_t>(k);
+      path_a[i] = point_at_share(a, f, (k + 0.5) / samples) - Vec3(a.x_min, 0, 0);
+      path_b[i] = point_at_share(b, f, (k + 0.5) / samples) - Vec3(b.x_min, 0, 0);
+      result.shift += (path_b[i] - path_a[i]) / (total * samples);
     }
+  }
+  const auto distance = [&](std::size_t of_a, std::size_t of_b, double* largest) {
+    double sum = 0;
+    for (std::size_t k = 0; k < samples; ++k) {
+      const double d = (path_b[of_b * samples + k] - path_a[of_a * samples + k] - result.shift).norm() / (2 * a.radius[of_a]);
+      sum += d;
+      if (largest) *largest = std::max(*largest, d);
+    }
+    return sum / samples;
   };
-  each([&](std::size_t, const Vec3& d) { result.shift += d / total; });
-  each([&](std::size_t f, const Vec3& d) {
-    const double distance = (d - result.shift).norm() / (2 * a.radius[f]);
-    result.mean += distance / total;
-    result.largest = std::max(result.largest, distance);
-  });
+  for (std::size_t first = 0; first < fibers;) {
+    std::size_t end = first + 1;
+    while (end < fibers && a.yarn[end] == a.yarn[first]) ++end;
+    const auto n = static_cast<Eigen::Index>(end - first);
+    Eigen::MatrixXd cost(n, n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      for (Eigen::Index j = 0; j < n; ++j) cost(i, j) = distance(first + static_cast<std::size_t>(i), first + static_cast<std::size_t>(j), nullptr);
+    }
+    const std::vector<Eigen::Index> partner = cheapest_assignment(cost);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const std::size_t f = first + static_cast<std::size_t>(i);
+      result.mean += distance(f, first + static_cast<std::size_t>(partner[static_cast<std::size_t>(i)]), &result.largest) / total;
+      result.mean_by_label += cost(i, i) / total;
+    }
+    first = end;
+  }
   return result;
 }
 

@@ -69,12 +69,14 @@ std::string summary_json(const Case& c, const WeaveResult& r) {
   j["stress_mean_weft_Pa"] = s.cell.stress_mean_weft;
   j["steadiness"] = s.steadiness.empty() ? ordered_json() : ordered_json(s.steadiness.back().mean);
   j["steadiness_largest"] = s.steadiness.empty() ? ordered_json() : ordered_json(s.steadiness.back().largest);
-  ordered_json per_cell = ordered_json::array(), shift = ordered_json::array();
+  ordered_json per_cell = ordered_json::array(), by_label = ordered_json::array(), shift = ordered_json::array();
   for (const Steadiness& k : s.steadiness) {
     per_cell.push_back(k.mean);
+    by_label.push_back(k.mean_by_label);
     shift.push_back(k.shift.z());
   }
   j["steadiness_per_cell"] = per_cell;
+  j["steadiness_by_label_per_cell"] = by_label;
   j["cell_shift_z_m"] = shift;
   j["order_violations"] = s.order_violations;
   j["searches"] = s.searches;

@@ -37,7 +37,7 @@ struct LoomState {
   double stage_start = 0;        ///< [s]
   double balance_start = 0, edit_energy = 0, balance_before = 0;  ///< of the ledger [J]
   double overlap_max = 0, overlap_row = 0, reed_row = 0, reed_beat = 0, beat_time = 0;
-  double put_in_before = 0, work_in = 0;  ///< sum of the amounts of work exchanged [J]
+  double work_in = 0;  ///< largest net work put in [J]
   double residual_max = 0;
   double dt_min = 1e300;
   double node_steps = 0, contact_steps = 0;
@@ -51,13 +51,13 @@ std::vector<std::int64_t> counters_of(const LoomState& s) {
 }
 std::vector<double> numbers_of(const LoomState& s) {
   return {s.stage_start, s.balance_start, s.edit_energy, s.balance_before, s.overlap_max, s.overlap_row, s.reed_row,
-          s.reed_beat,   s.beat_time,     s.put_in_before, s.work_in,      s.residual_max, s.dt_min,     s.node_steps,
+          s.reed_beat,   s.beat_time,     s.work_in,      s.residual_max, s.dt_min,     s.node_steps,
           s.contact_steps, s.tension_sum, s.tension_count};
 }
 LoomState loom_state_from(const std::vector<std::int64_t>& c, const std::vector<double>& n) {
   if (c.size() != counters_of_loom || n.size() != numbers_of({}).size()) throw std::runtime_error("the checkpoint is of another program version");
   return {c[0], c[1], c[2], c[3], c[4],  c[5],  c[6],  c[7],  n[0],  n[1],  n[2], n[3],
-          n[4], n[5], n[6], n[7], n[8], n[9], n[10], n[11], n[12], n[13], n[14], n[15], n[16]};
+          n[4], n[5], n[6], n[7], n[8], n[9], n[10], n[11], n[12], n[13], n[14], n[15]};
 }
 
 std::filesystem::path cell_file(const std::filesystem::path& folder, std::int64_t cell) {
@@ -247,9 +247,7 @@ class WeavingRun {
       loom_.edited = 0;
     }
     loom_.balance_before = ledger.balance();
-    const double put_in = std::abs(ledger.put_in() - loom_.put_in_before);
-    loom_.put_in_before = ledger.put_in();
-    loom_.work_in += put_in;
+    loom_.work_in = std::max(loom_.work_in, std::abs(ledger.put_in()));
     loom_.residual_max = std::max(loom_.residual_max, std::abs(residual(ledger)));
     ledger_ = ledger;
   }

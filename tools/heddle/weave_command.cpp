@@ -64,7 +64,7 @@ int weave_command(const WeaveOptions& options) {
   if (!s.steadiness.empty()) {
     fmt::print("  last two cells differ by {:.3f} d (mean), {:.3f} d (largest)\n", s.steadiness.back().mean, s.steadiness.back().largest);
   }
-  fmt::print("  energy ledger open by {:.2e} of the work exchanged\n  results in {}\n", s.energy_residual, run.output.string());
+  fmt::print("  energy ledger open by {:.2e} of the work put in\n  results in {}\n", s.energy_residual, run.output.string());
   return 0;
 }
 

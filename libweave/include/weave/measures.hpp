@@ -16,11 +16,13 @@ struct CellMeasures {
 };
 CellMeasures measure_cell(const Snapshot& cell);
 
-/// Difference of two successive unit cells in fiber diameters: distance between the same fibers at the same share of their length, mean and
-/// largest, after the translation that carries one cell to the other: from face to face along x, and `shift` beside it. Both cells must
-/// have the same fibers in the same order (std::invalid_argument).
+/// Difference of two successive unit cells in fiber diameters: distance between their fibers at the same share of the length, mean and
+/// largest, after the translation that carries one cell to the other: from face to face along x, and `shift` beside it. The fibers of a yarn
+/// are alike, so within each yarn they are paired such that the mean is least: a weft's fibers come to lie in another order at every pick.
+/// Both cells must have the same fibers in the same order (std::invalid_argument).
 struct Steadiness {
   double mean = 0, largest = 0;
+  double mean_by_label = 0;   ///< with each fiber paired with the one of its own number
   Vec3 shift = Vec3::Zero();  ///< mean displacement of the fibers beside the cell's length [m]
 };
 Steadiness steadiness(const Snapshot& before, const Snapshot& after);

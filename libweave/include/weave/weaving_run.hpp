@@ -55,7 +55,7 @@ struct WeaveSummary {
   double overlap_max = 0;
   Ledger energy;
   double energy_removed = 0;                         ///< taken out or put in by edits of the topology [J]
-  double energy_residual = 0;                        ///< largest |residual| / work put in
+  double energy_residual = 0;                        ///< largest |residual| / largest net work put in
 };
 
 struct WeaveResult {
