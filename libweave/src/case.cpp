@@ -173,7 +173,6 @@ std::string to_toml(const Case& c) {
   t.write("outer_skin", c.numerics.outer_skin);
 
   t.heading("[output]");
-  t.write("snapshots_per_pick", c.output.snapshots_per_pick);
   t.write("checkpoint_interval", c.output.checkpoint_interval);
   t.write("history_interval", c.output.history_interval);
   return t.text();

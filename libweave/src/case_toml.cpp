@@ -535,7 +535,6 @@ void read_numerics(TableReader table, NumericsSpec& numerics) {
 }
 
 void read_output(TableReader table, OutputSpec& output) {
-  output.snapshots_per_pick = table.integer("snapshots_per_pick", 0, 1000000, output.snapshots_per_pick);
   output.checkpoint_interval = table.quantity("checkpoint_interval", Dimension::time, positive, output.checkpoint_interval);
   output.history_interval = table.quantity("history_interval", Dimension::time, not_negative, output.history_interval);
   table.report_unknown();

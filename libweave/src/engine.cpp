@@ -42,7 +42,7 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   node_tangent_.assign(n, Vec3::UnitX());
   force_.assign(n, Vec3::Zero());
   velocity_change_.assign(n, Vec3::Zero());
-  for (auto* a : {&bar_length_, &bar_inverse_, &bar_rate_, &bar_energy_, &node_chord_, &stiffness_, &tension_, &diagonal_, &upper_, &multiplier_, &corner_}) {
+  for (auto* a : {&bar_length_, &bar_inverse_, &bar_rate_, &bar_energy_, &stiffness_, &tension_, &diagonal_, &upper_, &multiplier_, &corner_}) {
     a->assign(n, 0);
   }
   slack_.assign(n, 0);
@@ -61,7 +61,7 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
 std::pair<Model, State> Engine::release() && { return {std::move(model_), std::move(state_)}; }
 
 FiberGeometry Engine::geometry() const {
-  return {state_.x, state_.v, bar_tangent_, bar_length_, bar_inverse_, node_tangent_, node_chord_};
+  return {state_.x, state_.v, bar_tangent_, bar_length_, bar_inverse_, node_tangent_};
 }
 
 void Engine::refresh_geometry(std::uint32_t f) {
@@ -78,14 +78,12 @@ void Engine::refresh_geometry(std::uint32_t f) {
     bar_tangent_[s] = bar_inverse_[s] * r;
   }
   const auto set = [&](std::uint32_t p, const Vec3& chord) {
-    node_chord_[p] = chord.norm();
-    node_tangent_[p] = (1 / node_chord_[p]) * chord;
+    node_tangent_[p] = (1 / chord.norm()) * chord;
   };
   for (std::uint32_t p = begin + 1; p < last; ++p) set(p, x[p + 1] - x[p - 1]);
   if (model_.periodic[f]) {
     set(begin, x[begin + 1] - x[last - 1] + Vec3(0, model_.period_y, 0));
     node_tangent_[last] = node_tangent_[begin];
-    node_chord_[last] = node_chord_[begin];
   } else if (last > begin) {
     set(begin, x[begin + 1] - x[begin]);
     set(last, x[last] - x[last - 1]);

@@ -73,17 +73,16 @@ struct TakeUpSpec {
 struct NumericsSpec {
   double element_length = 2.0;  ///< [fiber diameters], of each fiber's own diameter
   std::string contact = "line"; ///< "line": conservative line contact; "node": node-to-node law of Yang 2015, eq. 3-7
-  std::string integrator = "imex";  ///< "imex": axial terms implicit; "explicit"
+  std::string integrator = "imex";  ///< "imex": tensions of the bars implicit; "explicit"
   double time_step = 0;         ///< [s]; 0: chosen from the model
   double safety = 0.8;          ///< fraction of the stability limit
   double damping = 100;         ///< mass-proportional [1/s]
-  double axial_damping = 0.05;  ///< of the bars, fraction of critical
+  double axial_damping = 0.05;  ///< of explicit bars, fraction of critical
   double skin = 0.25;           ///< of the contacts that are evaluated [largest fiber diameters]
   double outer_skin = 1.2;      ///< of the neighbor list that they are picked from [largest fiber diameters]
 };
 
 struct OutputSpec {
-  int snapshots_per_pick = 0;          ///< pictures of the whole loom for the time series; 0: one at the end of each pick
   double checkpoint_interval = 60;     ///< wall time between checkpoints [s]
   double history_interval = 0;         ///< simulated time between history rows [s]; 0: 1/400 of a pick
 };

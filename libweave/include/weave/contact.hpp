@@ -62,7 +62,6 @@ struct FiberGeometry {
   std::span<const Vec3> bar_tangent;    ///< unit, from a node to the next
   std::span<const double> bar_length, bar_inverse;  ///< length [m] and 1/length
   std::span<const Vec3> node_tangent;   ///< unit, from the previous to the next node
-  std::span<const double> node_chord;   ///< distance from the previous to the next node
 };
 
 /// Sums over the contacts owned by one fiber.

@@ -128,7 +128,7 @@ class Engine {
   StageTimes times_;
   double step_limit_ = 0;
   std::vector<Vec3> bar_tangent_, node_tangent_, force_, velocity_change_;
-  std::vector<double> bar_length_, bar_inverse_, bar_rate_, bar_energy_, node_chord_, stiffness_, tension_;
+  std::vector<double> bar_length_, bar_inverse_, bar_rate_, bar_energy_, stiffness_, tension_;
   std::vector<double> diagonal_, upper_, multiplier_, corner_;  ///< of the solve for the bars' tensions
   std::vector<std::uint8_t> slack_;                             ///< per bar
   std::vector<PerFiber> per_fiber_;
