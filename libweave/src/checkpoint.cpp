@@ -1,5 +1,6 @@
 #include "weave/checkpoint.hpp"
 
+#include <array>
 #include <span>
 
 #include "hdf5_file.hpp"
@@ -17,6 +18,12 @@ std::vector<Vec3> read_vectors(const Hdf5File& file, const std::string& path) {
   std::vector<Vec3> v(a.rows);
   for (std::size_t i = 0; i < a.rows; ++i) v[i] = Vec3(a.values[3 * i], a.values[3 * i + 1], a.values[3 * i + 2]);
   return v;
+}
+
+/// Pointers to the scalars of a state, const or not, in the order of the file.
+auto scalars_of(auto& s) {
+  auto& w = s.flows;
+  return std::array{&s.time, &s.dt, &s.dt_before, &w.slip, &w.damping, &w.axial, &w.guides, &w.tension, &w.reed, &w.heddle, &w.take_up};
 }
 
 template <class To, class From>
@@ -81,19 +88,20 @@ void write_checkpoint(const std::filesystem::path& path, const Checkpoint& c) {
   file.write("/model/fiber_of", m.fiber_of);
   each_double(m, [&](const char* name, const std::vector<double>& v) { file.write(std::string("/model/") + name, v); });
   const State& s = c.state;
-  const Flows& w = s.flows;
-  file.write("/state/scalars",
-             std::vector<double>{s.time, s.dt, w.slip, w.damping, w.axial, w.tension, w.reed, w.heddle, w.take_up});
+  std::vector<double> scalars;
+  for (const double* v : scalars_of(s)) scalars.push_back(*v);
+  file.write("/state/scalars", scalars);
   file.write("/state/counters", std::vector<std::int64_t>{s.step, s.searches, s.picks_of_active, s.late_searches, s.calm_steps});
   write_vectors(file, "/state/x", s.x);
   write_vectors(file, "/state/v", s.v);
   write_vectors(file, "/state/x_build", s.x_build);
   write_vectors(file, "/state/x_pick", s.x_pick);
+  file.write("/state/travel", s.travel);
   std::vector<std::int64_t> places;
   std::vector<double> springs;
   for (const LineContact& k : s.contacts.line) {
     places.insert(places.end(), {k.node, k.segment, k.image});
-    springs.insert(springs.end(), {k.friction, k.across, k.stiffness, double{k.fraction}});
+    springs.insert(springs.end(), {k.friction, k.across, k.stiffness, double{k.fraction}, k.asleep_until});
   }
   file.write("/contacts/line", places);
   file.write("/contacts/line_spring", springs);
@@ -133,10 +141,8 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
   m.fiber_of = file.read<std::uint32_t>("/model/fiber_of");
   each_double(m, [&](const char* name, std::vector<double>& v) { v = file.read<double>(std::string("/model/") + name); });
   State& s = c.state;
-  const std::vector<double> n = file.read<double>("/state/scalars");
-  s.time = n[0];
-  s.dt = n[1];
-  s.flows = {n[2], n[3], n[4], n[5], n[6], n[7], n[8]};
+  const std::vector<double> scalars = file.read<double>("/state/scalars");
+  for (std::size_t i = 0; double* v : scalars_of(s)) *v = scalars.at(i++);
   const std::vector<std::int64_t> k = file.read<std::int64_t>("/state/counters");
   s.step = k[0];
   s.searches = k[1];
@@ -147,6 +153,7 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
   s.v = read_vectors(file, "/state/v");
   s.x_build = read_vectors(file, "/state/x_build");
   s.x_pick = read_vectors(file, "/state/x_pick");
+  s.travel = file.read<double>("/state/travel");
   std::vector<std::int64_t> places = file.read<std::int64_t>("/contacts/line");
   std::vector<double> springs = file.read<double>("/contacts/line_spring");
   for (std::size_t i = 0; 3 * i < places.size(); ++i) {
@@ -154,10 +161,11 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
     l.node = static_cast<std::uint32_t>(places[3 * i]);
     l.segment = static_cast<std::uint32_t>(places[3 * i + 1]);
     l.image = static_cast<std::int32_t>(places[3 * i + 2]);
-    l.friction = springs[4 * i];
-    l.across = springs[4 * i + 1];
-    l.stiffness = springs[4 * i + 2];
-    l.fraction = static_cast<float>(springs[4 * i + 3]);
+    l.friction = springs[5 * i];
+    l.across = springs[5 * i + 1];
+    l.stiffness = springs[5 * i + 2];
+    l.fraction = static_cast<float>(springs[5 * i + 3]);
+    l.asleep_until = springs[5 * i + 4];
   }
   s.contacts.line_of = file.read<std::uint32_t>("/contacts/line_of");
   places = file.read<std::int64_t>("/contacts/crossing");

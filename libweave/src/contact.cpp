@@ -13,6 +13,11 @@ constexpr int walk_limit = 50;
 /// Two bars are equally close at the vertex they share: the one at hand is kept against round-off, as their angles, and shares, differ.
 constexpr double nearer = 1 - 1e-9;
 
+/// Fibers nearer than this [touching distances] may touch after the step that is already chosen: so that the one after it is short enough
+/// for that, they are taken to be as stiff as if they overlapped by `touch_overlap`.
+constexpr double near_touch = 1.05;
+constexpr double touch_overlap = 0.02;
+
 struct Step {
   bool exists = false;
   std::uint32_t segment = 0;
@@ -137,6 +142,34 @@ inline PolylinePoint follow(const Model& m, const FiberGeometry& g, const Vec3& 
   return {along * g.bar_inverse[c.segment], r, r.squaredNorm()};
 }
 
+/// Relative motion of a contact's two fibers during the last step.
+struct Slip {
+  double along_a = 0, along_b = 0;  ///< of the material, along the point's own bar and along the touched one [m]
+  double cosine = 0;                ///< between the two
+  double arm_a = 0, arm_b = 0;      ///< distance / length of the bar: a turning bar slips by the distance from its axis
+  [[nodiscard]] double across() const { return along_a - cosine * along_b; }
+  [[nodiscard]] double sine2() const { return 1 - cosine * cosine; }
+};
+
+inline Slip slip_of(const FiberGeometry& g, const LineContact& c, const PolylinePoint& q, const Vec3& n, double distance, bool one_yarn, double dt) {
+  const std::uint32_t p = c.node, s = c.segment;
+  const Vec3& tb = g.bar_tangent[s];
+  const Vec3 dvb = g.v[s + 1] - g.v[s];
+  Vec3 relative = g.v[p] - g.v[s] - q.fraction * dvb;
+  Slip slip;
+  slip.arm_b = distance * g.bar_inverse[s];
+  if (!one_yarn) {
+    const Vec3& ta = g.bar_tangent[p];
+    const Vec3 dva = g.v[p + 1] - g.v[p];
+    relative += double{c.fraction} * dva;
+    slip.arm_a = distance * g.bar_inverse[p];
+    slip.cosine = ta.dot(tb);
+    slip.along_a = dt * (relative.dot(ta) + slip.arm_a * n.dot(dva));
+  }
+  slip.along_b = dt * (relative.dot(tb) + slip.arm_b * n.dot(dvb));
+  return slip;
+}
+
 void line_contact(const Target& at, LineContact& c, Reaction& reaction, ContactSums& sums) {
   const Model& m = at.model;
   const FiberGeometry& g = at.g;
@@ -146,17 +179,32 @@ void line_contact(const Target& at, LineContact& c, Reaction& reaction, ContactS
   const Vec3 point = contact_point(g, c);
   const PairLaw& law = m.pair_law(at.fiber, other);
   const PolylinePoint q = follow(m, g, point, c);
-  if (q.distance2 >= law.reach * law.reach) return release(c, sums.slip_loss);
+  const bool one_yarn = meets_at_nodes(m, at.fiber, other);
+  // Half of the pair's length; the other half comes from the other fiber's points.
+  const double weight = 0.5 * (one_yarn ? m.tributary[p] : m.point_length[at.fiber]);
+  const bool apart = q.distance2 >= law.reach * law.reach;
+  if (apart && c.stiffness <= 0) {
+    if (q.distance2 < near_touch * near_touch * law.reach * law.reach) {
+      const double k = weight * law.line_stiffness(touch_overlap * law.reach);
+      at.stiffness[p] += k;
+      if (!one_yarn) at.stiffness[p + 1] += k;
+    } else {
+      let_sleep(m, g, at.fiber, std::sqrt(q.distance2), c);
+    }
+    return;
+  }
   if (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.segment, c.image)) return release(c, sums.slip_loss);
   const std::uint32_t s = c.segment;
   const double distance = std::sqrt(q.distance2);
   const Vec3 n = (1 / std::max(distance, 1e-3 * law.reach)) * q.separation;
+  const Slip slip = m.friction > 0 ? slip_of(g, c, q, n, distance, one_yarn, at.dt) : Slip{};
+  if (apart) {
+    sums.slip_loss -= 0.5 * (c.friction * slip.along_b + c.across * slip.across());  // of the last step, which ends without force
+    return release(c, sums.slip_loss);
+  }
   const double overlap = law.reach - distance;
   const double overlap_ratio = overlap * law.inverse_reach;
   note_overlap(overlap_ratio, p, s, sums);
-  const bool one_yarn = meets_at_nodes(m, at.fiber, other);
-  // Half of the pair's length; the other half comes from the other fiber's points.
-  const double weight = 0.5 * (one_yarn ? m.tributary[p] : m.point_length[at.fiber]);
   const auto [force, stiffness] = law.line_response(overlap);
   const double fn = weight * force, kn = weight * stiffness;
   const double xi = q.fraction;
@@ -164,27 +212,13 @@ void line_contact(const Target& at, LineContact& c, Reaction& reaction, ContactS
   Vec3 pull = fn * n;  // on the point
   Vec3 couple_a = Vec3::Zero(), couple_b = Vec3::Zero();
   if (m.friction > 0) {
-    const Vec3& tb = g.bar_tangent[s];
-    const Vec3 dvb = g.v[s + 1] - g.v[s];
-    const double arm_b = distance * g.bar_inverse[s];
-    if (one_yarn) {
-      const double slip = at.dt * ((g.v[p] - g.v[s] - xi * dvb).dot(tb) + arm_b * n.dot(dvb));
-      slide(c, slip, 0, 0, m.friction * kn, m.friction * fn, sums.slip_loss);
-      pull += c.friction * tb;
-      couple_b = c.friction * arm_b * n;
-    } else {
-      const Vec3& ta = g.bar_tangent[p];
-      const Vec3 dva = g.v[p + 1] - g.v[p];
-      const double arm_a = distance * g.bar_inverse[p];
-      const double cosine = ta.dot(tb);
-      const Vec3 relative = g.v[p] + eta * dva - g.v[s] - xi * dvb;
-      const double slip_b = at.dt * (relative.dot(tb) + arm_b * n.dot(dvb));
-      const double slip_a = at.dt * (relative.dot(ta) + arm_a * n.dot(dva));
-      slide(c, slip_b, slip_a - cosine * slip_b, 1 - cosine * cosine, m.friction * kn, m.friction * fn, sums.slip_loss);
-      const double along_b = c.friction - cosine * c.across;
-      pull += c.across * ta + along_b * tb;
-      couple_a = c.across * arm_a * n;
-      couple_b = along_b * arm_b * n;
+    slide(c, slip.along_b, one_yarn ? 0 : slip.across(), one_yarn ? 0 : slip.sine2(), m.friction * kn, m.friction * fn, sums.slip_loss);
+    const double along_b = c.friction - slip.cosine * c.across;
+    pull += along_b * g.bar_tangent[s];
+    couple_b = along_b * slip.arm_b * n;
+    if (!one_yarn) {
+      pull += c.across * g.bar_tangent[p];
+      couple_a = c.across * slip.arm_a * n;
     }
   }
   const double k = kn * (1 + overlap_ratio + m.friction);
@@ -310,6 +344,11 @@ void add_reaction(const Reaction& r, std::span<Vec3> force, std::span<double> st
 
 }  // namespace
 
+void let_sleep(const Model& m, const FiberGeometry& g, std::uint32_t fiber, double distance, LineContact& c) {
+  if (m.node_contact || c.stiffness > 0) return;
+  c.asleep_until = g.travel[c.node] + g.travel[c.segment] + distance - near_touch * m.pair_law(fiber, m.fiber_of[c.segment]).reach;
+}
+
 bool meets_at_nodes(const Model& m, std::uint32_t fiber_a, std::uint32_t fiber_b) {
   return m.node_contact || (m.yarn[fiber_a] == m.yarn[fiber_b] && m.role[fiber_a] == m.role[fiber_b]);
 }
@@ -377,7 +416,9 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
   ActiveContacts& lines = contacts.active_line;
   for (std::uint32_t i = lines.of[fiber]; i < lines.of[fiber + 1]; ++i) {
     LineContact& contact = contacts.line[lines.number[i]];
-    if (model.node_contact) {
+    if (geometry.travel[contact.node] + geometry.travel[contact.segment] < contact.asleep_until) {
+      lines.reaction[i].active = false;
+    } else if (model.node_contact) {
       node_contact(at, contact, lines.reaction[i], sums);
     } else {
       line_contact(at, contact, lines.reaction[i], sums);

@@ -11,9 +11,9 @@ namespace {
 
 /// Solves for the state (taut or slack) of the bars: enough for a wave of slack to settle; a bar still undecided keeps its last state.
 constexpr int bar_state_rounds = 4;
-/// A search or a pick falls due a little before half its skin is used up, so that none is late.
-constexpr double search_due = 0.45;
 constexpr double first_step = 1e-12;  ///< [s]
+/// Nodes whose travel is counted together. A bar at hand that follows its closest point stays within a block or goes to the next.
+constexpr std::uint32_t block_nodes = 16;
 constexpr double step_growth = 1.05;
 constexpr int calm_steps_to_grow = 50;
 
@@ -27,6 +27,7 @@ Flows& Flows::operator+=(const Flows& o) {
   slip += o.slip;
   damping += o.damping;
   axial += o.axial;
+  guides += o.guides;
   tension += o.tension;
   reed += o.reed;
   heddle += o.heddle;
@@ -42,7 +43,7 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   node_tangent_.assign(n, Vec3::UnitX());
   force_.assign(n, Vec3::Zero());
   velocity_change_.assign(n, Vec3::Zero());
-  for (auto* a : {&bar_length_, &bar_inverse_, &bar_rate_, &bar_energy_, &stiffness_, &tension_, &diagonal_, &upper_, &multiplier_, &corner_}) {
+  for (auto* a : {&bar_length_, &bar_inverse_, &bar_rate_, &bar_energy_, &block_speed2_, &stiffness_, &tension_, &diagonal_, &upper_, &multiplier_, &corner_}) {
     a->assign(n, 0);
   }
   slack_.assign(n, 0);
@@ -51,6 +52,7 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   // The first step is too short to move anything: it only shows how stiff the contacts are.
   if (state_.dt <= 0) state_.dt = options_.time_step > 0 ? options_.time_step : first_step;
   const bool fresh = state_.x_build.size() != n;
+  if (state_.travel.size() != n) state_.travel.assign(n, 0);
   if (fresh) {
     search();
   } else {
@@ -61,7 +63,7 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
 std::pair<Model, State> Engine::release() && { return {std::move(model_), std::move(state_)}; }
 
 FiberGeometry Engine::geometry() const {
-  return {state_.x, state_.v, bar_tangent_, bar_length_, bar_inverse_, node_tangent_};
+  return {state_.x, state_.v, bar_tangent_, bar_length_, bar_inverse_, node_tangent_, state_.travel};
 }
 
 void Engine::refresh_geometry(std::uint32_t f) {
@@ -123,7 +125,7 @@ void Engine::add_bar_forces(std::uint32_t f, bool with_energy) {
     const double stretch = bar_length_[s] - rest;
     const double k = ea / rest * (stretch < 0 ? type.compression_factor : 1);
     bar_energy_[s] = 0.5 * k * stretch * stretch;
-    if (with_energy) sums.stored.bars += bar_energy_[s];
+    if (with_energy) sums.stored.bars += 0.5 * bar_energy_[s];
     // Sideways a taut bar is a string; along it an explicit bar is a spring.
     double stiffness = 2 * std::max(k * stretch, 0.0) / rest;
     if (!model_.implicit_axial) {
@@ -158,27 +160,62 @@ void Engine::add_bar_forces(std::uint32_t f, bool with_energy) {
   }
 }
 
-void Engine::add_guide_forces(std::uint32_t f, const Drive& drive, bool with_energy) {
-  const double k = model_.guide_stiffness[f];
-  if (k <= 0) return;
-  PerFiber& sums = per_fiber_[f];
-  const double z = drive.guide_z[f], speed = drive.guide_speed[f], dt = state_.dt;
-  for (std::uint32_t p = model_.last(f); p > model_.first[f]; --p) {
-    const Vec3& x = state_.x[p];
-    const double behind = (x.x() - model_.guide_x) / model_.guide_ramp;
-    if (behind <= 0) break;
-    const double u = std::min(behind, 1.0);
-    const double share = u * u * (3 - 2 * u);
-    const double slope = 6 * u * (1 - u) / model_.guide_ramp;
-    const double dy = x.y() - model_.guide_y[f], dz = x.z() - z;
-    const double energy = 0.5 * k * (dy * dy + dz * dz);
-    force_[p] -= Vec3(slope * energy, share * k * dy, share * k * dz);
-    stiffness_[p] += share * k;
-    sums.flows.heddle -= share * k * dz * speed * dt;
-    if (with_energy) {
-      sums.stored.heddle += share * energy;
-      sums.stored.flows.heddle -= 0.5 * share * k * dz * speed * dt;
+/// Hold of the heddle guide on a node behind the heddle plane: share of the full stiffness, and its slope along x [1/m].
+Engine::GuideHold Engine::guide_hold(double x) const {
+  const double u = std::clamp((x - model_.guide_x) / model_.guide_ramp, 0.0, 1.0);
+  return {u * u * (3 - 2 * u), 6 * u * (1 - u) / model_.guide_ramp};
+}
+
+/// Energy stored in a fiber's guides with the heddle at z [J].
+double Engine::guide_energy(std::uint32_t f, double z) const {
+  double energy = 0;
+  for (std::uint32_t p = model_.last(f); p > model_.first[f] && state_.x[p].x() > model_.guide_x; --p) {
+    const double dy = state_.x[p].y() - model_.guide_y[f], dz = state_.x[p].z() - z;
+    energy += 0.5 * guide_hold(state_.x[p].x()).share * model_.guide_stiffness[f] * (dy * dy + dz * dz);
+  }
+  return energy;
+}
+
+/// Holds the nodes behind the heddle plane on their heddle's line by critically damped springs, taken at the step's end: they follow it
+/// and do not swing, and their stiffness does not bound the time step. Adds to the nodes' change of velocity; to be called after pull_bars.
+/// Returns what the guides take from the heddles and the nodes [J].
+double Engine::hold_in_guides(std::uint32_t f, const Drive& drive) {
+  const double speed = drive.guide_speed[f], dt = state_.dt, kick = kick_time();
+  double taken = 0;
+  for (std::uint32_t p = model_.last(f); p > model_.first[f] && state_.x[p].x() > model_.guide_x; --p) {
+    const GuideHold hold = guide_hold(state_.x[p].x());
+    const double k = hold.share * model_.guide_stiffness[f], m = model_.mass[p];
+    const Eigen::Vector2d off(state_.x[p].y() - model_.guide_y[f], state_.x[p].z() - drive.guide_z[f]);
+    Vec3& w = velocity_change_[p];
+    const Eigen::Vector2d before(state_.v[p].y() + w.y(), state_.v[p].z() + w.z() - speed);
+    const Eigen::Vector2d change = (m * before - kick * k * off) / (m + 2 * kick * std::sqrt(k * m) + kick * dt * k) - before;
+    const double along = -0.5 * hold.slope * model_.guide_stiffness[f] * off.squaredNorm() * kick;  // as a node that slips out is held less
+    w += Vec3(along / m, change.x(), change.y());
+    const Vec3 impulse(along, m * change.x(), m * change.y());
+    const double from_heddle = impulse.z() * speed;
+    per_fiber_[f].flows.heddle += from_heddle;
+    taken += from_heddle - impulse.dot(state_.v[p] + 0.5 * w);
+  }
+  return taken;
+}
+
+/// Adds the last step to the travel of a fiber's nodes, block by block, each by the fastest node of itself and the blocks beside it.
+void Engine::add_travel(std::uint32_t f) {
+  const std::uint32_t begin = model_.first[f], nodes = model_.first[f + 1] - begin;
+  const std::uint32_t blocks = (nodes + block_nodes - 1) / block_nodes;
+  for (std::uint32_t b = 0; b < blocks; ++b) {
+    double speed2 = 0;
+    for (std::uint32_t p = begin + b * block_nodes; p < begin + std::min((b + 1) * block_nodes, nodes); ++p) {
+      speed2 = std::max(speed2, state_.v[p].squaredNorm());
     }
+    block_speed2_[begin + b] = speed2;
+  }
+  const bool closed = model_.periodic[f];
+  for (std::uint32_t b = 0; b < blocks; ++b) {
+    const std::uint32_t before = b > 0 ? b - 1 : (closed ? blocks - 1 : 0), after = b + 1 < blocks ? b + 1 : (closed ? 0 : b);
+    const double speed2 = std::max({block_speed2_[begin + before], block_speed2_[begin + b], block_speed2_[begin + after]});
+    const double way = std::sqrt(speed2) * state_.dt;
+    for (std::uint32_t p = begin + b * block_nodes; p < begin + std::min((b + 1) * block_nodes, nodes); ++p) state_.travel[p] += way;
   }
 }
 
@@ -190,13 +227,14 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
   sums.finite = true;
   const std::uint32_t begin = model_.first[f], last = model_.last(f), end = begin + model_.own_nodes(f);
   const bool closed = model_.periodic[f];
-  const double dt = state_.dt;
+  const double dt = state_.dt, kick = kick_time();
   gather_reactions(state_.contacts, f, force_, stiffness_);
 
   if (model_.role[f] == Role::reed) {
     for (std::uint32_t p = begin; p < end; ++p) {
-      sums.flows.reed -= force_[p].dot(drive.reed_velocity) * dt;
-      if (with_energy) sums.stored.flows.reed -= 0.5 * force_[p].dot(drive.reed_velocity) * dt;
+      const double work = -0.5 * force_[p].dot(state_.v[p] + drive.reed_velocity) * kick;
+      sums.flows.reed += work;
+      if (with_energy) sums.stored.flows.reed += 0.5 * work;
       state_.v[p] = drive.reed_velocity;
       state_.x[p] += dt * drive.reed_velocity;
       sums.moved2 = std::max(sums.moved2, (state_.x[p] - state_.x_build[p]).squaredNorm());
@@ -209,7 +247,6 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
 
   add_bar_forces(f, with_energy);
   if (model_.end_force[f] != 0) force_[last].x() += model_.end_force[f];
-  add_guide_forces(f, drive, with_energy);
   if (closed) {
     force_[begin] += force_[last];
     stiffness_[begin] += stiffness_[last];
@@ -223,16 +260,26 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
       continue;
     }
     force_[p] -= model_.damping * model_.mass[p] * state_.v[p];
-    w[p] = dt * model_.inverse_mass[p] * force_[p];
+    w[p] = kick * model_.inverse_mass[p] * force_[p];
     sums.frequency2 = std::max(sums.frequency2, 2 * stiffness_[p] * model_.inverse_mass[p]);
   }
   if (closed) w[last] = w[begin];
 
   if (model_.implicit_axial) pull_bars(f);
+  const bool guided = model_.guide_stiffness[f] > 0;
+  double guide_loss = 0;
+  if (guided) {
+    const double stored = guide_energy(f, drive.guide_z[f]);
+    guide_loss = hold_in_guides(f, drive) + stored;
+    if (with_energy) {
+      sums.stored.heddle = 0.5 * stored;
+      sums.stored.flows.heddle = 0.5 * sums.flows.heddle;
+    }
+  }
   for (std::uint32_t s = begin; s < last; ++s) {
     // What the bars take from the nodes, at the middle of the velocity's change; less what they store, it is lost (below).
     const Vec3 middle = state_.v[s + 1] - state_.v[s] + 0.5 * (w[s + 1] - w[s]);
-    bar_energy_[s] += tension_[s] * bar_tangent_[s].dot(middle) * dt;
+    bar_energy_[s] += tension_[s] * bar_tangent_[s].dot(middle) * kick;
   }
 
   for (std::uint32_t p = begin; p < end; ++p) {
@@ -245,18 +292,18 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
       Vec3 others = force_[p];
       if (model_.implicit_axial && p < last) others += tension_[p] * bar_tangent_[p];
       if (model_.implicit_axial && p > begin) others -= tension_[p - 1] * bar_tangent_[p - 1];
-      const double work = (m * w[p] / dt - others).dot(middle) * dt;
+      const double work = (m * w[p] - kick * others).dot(middle);
       sums.flows.take_up += work;
       if (with_energy) sums.stored.flows.take_up += 0.5 * work;
     }
     if (model_.inverse_mass[p] != 0) {
-      const double lost = model_.damping * m * before.dot(middle) * dt;
+      const double lost = model_.damping * m * before.dot(middle) * kick;
       sums.flows.damping += lost;
       if (with_energy) sums.stored.flows.damping += 0.5 * lost;
     }
     if (with_energy) sums.stored.kinetic += 0.25 * m * (before.squaredNorm() + after.squaredNorm());
     if (p == last && model_.end_force[f] != 0) {
-      const double work = model_.end_force[f] * middle.x() * dt;
+      const double work = model_.end_force[f] * middle.x() * kick;
       sums.flows.tension += work;
       if (with_energy) sums.stored.flows.tension += 0.5 * work;
     }
@@ -272,26 +319,39 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
   }
   sums.flows.slip = slip + sums.contact.slip_loss;
   refresh_geometry(f);
+  add_travel(f);
+  if (guided) {
+    const double stored = guide_energy(f, drive.guide_z[f] + drive.guide_speed[f] * dt);
+    guide_loss -= stored;
+    sums.flows.guides += guide_loss;
+    if (with_energy) {
+      sums.stored.heddle += 0.5 * stored;
+      sums.stored.flows.guides = 0.5 * guide_loss;
+    }
+  }
   const FiberType& type = model_.type_of(f);
   const double ea = type.youngs_modulus * type.area;
   for (std::uint32_t s = begin; s < last; ++s) {
     const double stretch = bar_length_[s] - model_.rest_length[s];
     const double k = ea / model_.rest_length[s] * (stretch < 0 ? type.compression_factor : 1);
-    const double lost = bar_energy_[s] - 0.5 * k * stretch * stretch;
+    const double stored = 0.5 * k * stretch * stretch;
+    const double lost = bar_energy_[s] - stored;
     sums.flows.axial += lost;
-    if (with_energy) sums.stored.flows.axial += 0.5 * lost;
+    if (!with_energy) continue;
+    sums.stored.bars += 0.5 * stored;
+    sums.stored.flows.axial += 0.5 * lost;
   }
 }
 
 /// Tensions of one fiber's bars, taken at the step's end: tau = k (l' - l0) with the predicted length l' = l + dt t.u + dt^2 |u_n|^2/(2 l), u
 /// the difference of the end velocities and u_n its part normal to the bar, without which a turning bar would grow (SHAKE: Ryckaert et
-/// al. 1977, with the bar's compliance; normal part from the velocities before the bars' pull). One unknown a bar:
-/// (1/(dt^2 k) + J M^-1 J^T) lambda = J v + (l - l0)/dt + dt |u_n|^2/(2 l), lambda = dt tau. Adds to the nodes' change of velocity.
+/// al. 1977, with the bar's compliance; normal part from the velocities before the bars' pull). One unknown a bar, h the time of the kick:
+/// (1/(dt h k) + J M^-1 J^T) lambda = J v + (l - l0)/dt + dt |u_n|^2/(2 l), lambda = h tau. Adds to the nodes' change of velocity.
 void Engine::pull_bars(std::uint32_t f) {
   const FiberType& type = model_.type_of(f);
   const std::uint32_t begin = model_.first[f], last = model_.last(f);
   const bool closed = model_.periodic[f];
-  const double dt = state_.dt;
+  const double dt = state_.dt, kick = kick_time();
   const double ea = type.youngs_modulus * type.area;
   auto& w = velocity_change_;
   const auto inverse_mass = [&](std::uint32_t p) { return model_.inverse_mass[p == last && closed ? begin : p]; };
@@ -307,7 +367,7 @@ void Engine::pull_bars(std::uint32_t f) {
   for (int round = 0; round < bar_state_rounds; ++round) {
     for (std::uint32_t s = begin; s < last; ++s) {
       const double k = ea / model_.rest_length[s] * (slack_[s] ? std::max(type.compression_factor, 1e-12) : 1);
-      diagonal_[s] = 1 / (dt * dt * k) + inverse_mass(s) + inverse_mass(s + 1);
+      diagonal_[s] = 1 / (dt * kick * k) + inverse_mass(s) + inverse_mass(s + 1);
       multiplier_[s] = bar_rate_[s];
     }
     solve_chain(begin, last, seam);
@@ -320,7 +380,7 @@ void Engine::pull_bars(std::uint32_t f) {
     if (!changed) break;
   }
   for (std::uint32_t s = begin; s < last; ++s) {
-    tension_[s] = multiplier_[s] / dt;
+    tension_[s] = multiplier_[s] / kick;
     const Vec3 impulse = multiplier_[s] * bar_tangent_[s];
     const std::uint32_t second = s + 1 == last && closed ? begin : s + 1;
     w[s] += model_.inverse_mass[s] * impulse;
@@ -362,6 +422,7 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
   const bool with_energy = ledger != nullptr;
   const auto fibers = static_cast<std::uint32_t>(model_.fibers());
   const FiberGeometry g = geometry();
+  state_.late_searches += list_is_late_;
   const auto start = std::chrono::steady_clock::now();
   std::chrono::steady_clock::time_point middle;
 #pragma omp parallel
@@ -373,7 +434,7 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
         stiffness_[p] = 0;
       }
       per_fiber_[f].flows = {};
-      per_fiber_[f].contact = evaluate_contacts(model_, g, f, state_.dt, with_energy, state_.contacts, force_, stiffness_);
+      per_fiber_[f].contact = evaluate_contacts(model_, g, f, state_.dt_before, with_energy, state_.contacts, force_, stiffness_);
     }
 #pragma omp single
     middle = std::chrono::steady_clock::now();
@@ -415,6 +476,7 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
     }
   }
   state_.time += state_.dt;
+  state_.dt_before = state_.dt;
   ++state_.step;
   if (!finite || !std::isfinite(speed2)) {
     report.status = StepStatus::non_finite;
@@ -426,14 +488,14 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
     return report;
   }
   choose_time_step(frequency2, speed2);
-  const double ahead = std::sqrt(speed2) * state_.dt;
-  const double moved = std::sqrt(moved2), moved_pick = std::sqrt(moved_pick2);
-  if (moved > 0.5 * options_.outer_skin || moved_pick > 0.5 * options_.skin) ++state_.late_searches;
-  if (moved + ahead > search_due * options_.outer_skin) {
+  if (std::sqrt(moved2) > 0.5 * options_.outer_skin) {
     search();
-  } else if (moved_pick + ahead > search_due * options_.skin) {
+    moved2 = moved_pick2 = 0;
+  } else if (std::sqrt(moved_pick2) > 0.5 * options_.skin) {
     pick();
+    moved_pick2 = 0;
   }
+  list_is_late_ = std::sqrt(moved2) > 0.5 * options_.outer_skin || std::sqrt(moved_pick2) > 0.5 * options_.skin;
   return report;
 }
 

@@ -126,6 +126,7 @@ void put_together(const Rebuild& r, Model& m, State& s) {
         if (new_node[c.node] == none || !bar_stays(c.segment)) continue;
         c.node = new_node[c.node];
         c.segment = new_node[c.segment];
+        c.asleep_until = 0;
         contacts.line.push_back(c);
       }
       for (std::uint32_t i = old.crossing_of[o]; i < old.crossing_of[o + 1]; ++i) {
@@ -144,6 +145,7 @@ void put_together(const Rebuild& r, Model& m, State& s) {
   s.v = std::move(v);
   s.x_build.clear();
   s.x_pick.clear();
+  s.travel.clear();
   s.contacts = std::move(contacts);
 }
 
@@ -600,7 +602,7 @@ Snapshot snapshot_of_cell(const Case& c, const LoomLayout& layout, const Engine&
   for (std::uint32_t f = 0; f < m.fibers(); ++f) {
     if (m.role[f] == Role::weft && m.yarn[f] >= warps + first_pick && m.yarn[f] < warps + first_pick + picks) {
       add_whole_fiber(m, engine, f, snap);
-      snap.yarn.back() -= first_pick;
+      snap.yarn.back() = warps + (m.yarn[f] - warps) % picks;
     } else if (m.role[f] == Role::warp) {
       begin_fiber(m, f, snap);
       double arc = 0, rest = 0;

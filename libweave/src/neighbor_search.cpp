@@ -144,10 +144,11 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
   const bool periodic = m.period_y > 0;
   const int range_y = static_cast<int>(std::ceil(reach_middle / bins_.size.y()));
   std::vector<Candidate> candidates;
-  std::vector<double> distance2;  // of found.crossing
+  std::vector<double> crossing_distance2;  // of found.crossing
   const auto old_begin = old.line.begin() + (old.line_of.empty() ? 0 : old.line_of[fiber]);
   const auto old_end = old.line.begin() + (old.line_of.empty() ? 0 : old.line_of[fiber + 1]);
-  const auto add_line = [&](LineContact contact) {
+  const auto add_line = [&](LineContact contact, double distance2) {
+    let_sleep(m, g, fiber, std::sqrt(distance2), contact);
     auto o = std::lower_bound(old_begin, old_end, contact.node, [](const LineContact& c, std::uint32_t node) { return c.node < node; });
     for (; o != old_end && o->node == contact.node; ++o) {
       if (o->stiffness > 0 && same_line(m, *o, contact)) {
@@ -167,7 +168,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
     const double reach = m.pair_law(fiber, m.fiber_of[k.segment_b]).reach + skin;
     if (q.distance2 >= reach * reach) return;
     found.crossing.push_back(k);
-    distance2.push_back(q.distance2);
+    crossing_distance2.push_back(q.distance2);
   };
 
   for (std::uint32_t p = begin; p < end; ++p) {
@@ -222,9 +223,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
           const std::uint32_t other = m.fiber_of[s];
           const bool closed = m.periodic[other];
           const std::int64_t chain = static_cast<std::int64_t>(s) - m.first[other] + (closed ? static_cast<std::int64_t>(image) * m.own_nodes(other) : 0);
-          if (other == fiber && (closed || image == 0)) {
-            if (within_own_bend(m, fiber, p, s, image)) continue;
-          }
+          if (other == fiber && within_own_bend(m, fiber, p, s, image)) continue;
           candidates.push_back({other, closed ? 0 : image, chain, s, image, d2});
         }
       }
@@ -246,7 +245,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
       const double reach = m.pair_law(fiber, run.front().fiber).reach + skin;
       if (meets_at_nodes(m, fiber, run.front().fiber)) {
         const Candidate& c = candidates[best];
-        if (c.distance2 < reach * reach) add_line({p, c.segment, c.image});
+        if (c.distance2 < reach * reach) add_line({p, c.segment, c.image}, c.distance2);
         continue;
       }
       // The points on the halves of the two bars that meet in p.
@@ -276,7 +275,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
           contact.segment = c.segment;
           contact.image = c.image + seam;
         }
-        if (near) add_line(contact);
+        if (near) add_line(contact, nearest);
       }
     }
     // Reed bars: long and few, so every bar is asked for its distance in the plane normal to it.
@@ -295,7 +294,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
   // One crossing may be found from several nodes: keep the nearest of those that ended in the same place.
   std::vector<std::size_t> order(found.crossing.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return distance2[i] < distance2[j]; });
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return crossing_distance2[i] < crossing_distance2[j]; });
   std::vector<CrossingContact> unique;
   for (const std::size_t i : order) {
     const CrossingContact& k = found.crossing[i];
@@ -351,7 +350,12 @@ void pick_active(const Model& m, const FiberGeometry& g, double skin, ContactLis
   for (std::uint32_t f = 0; f < fibers; ++f) {
     for (std::uint32_t i = contacts.line_of[f]; i < contacts.line_of[f + 1]; ++i) {
       LineContact& c = contacts.line[i];
+      if (g.travel[c.node] + g.travel[c.segment] < c.asleep_until - skin) {
+        keep_line[i] = false;
+        continue;
+      }
       const PolylinePoint q = walk_to_point(m, g, contact_point(g, c), c.segment, c.image);
+      let_sleep(m, g, f, std::sqrt(q.distance2), c);
       const double reach = m.pair_law(f, m.fiber_of[c.segment]).reach + skin;
       keep_line[i] = q.distance2 < reach * reach;
       near_line[f] += keep_line[i];

@@ -92,6 +92,7 @@ std::string summary_json(const Case& c, const WeaveResult& r) {
                    {"slip", e.flows.slip},
                    {"damping", e.flows.damping},
                    {"axial_waves", e.flows.axial},
+                   {"guides_lost", e.flows.guides},
                    {"work_tension", e.flows.tension},
                    {"work_reed", e.flows.reed},
                    {"work_heddles", e.flows.heddle},

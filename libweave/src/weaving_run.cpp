@@ -4,6 +4,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 
@@ -19,7 +20,9 @@ using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
 
 constexpr double rows_per_pick = 400;        ///< of the history, by default
-constexpr double motion_share = 0.05;        ///< of the smallest fiber diameter that a fiber may move in a step
+/// Of the smallest fiber diameter that a fiber may move in a step: so little that the first overlap of fibers that meet at the speed of a
+/// reed is well below the deepest.
+constexpr double motion_share = 0.015;
 constexpr double start_overlap_limit = 0.05;
 constexpr double progress_interval = 0.5;    ///< wall time [s]
 constexpr double order_check_interval = 0.05;  ///< share of a pick
@@ -44,20 +47,34 @@ struct LoomState {
   double tension_sum = 0, tension_count = 0;
 };
 
-constexpr std::size_t counters_of_loom = 8;
+/// Pointers to a loom state's counters and numbers, const or not, in the order of the checkpoint.
+auto counter_places(auto& s) {
+  return std::array{&s.pick, &s.placed, &s.cells_cut, &s.order_violations, &s.history_rows, &s.nodes_max, &s.contacts_max, &s.edited};
+}
+auto number_places(auto& s) {
+  return std::array{&s.stage_start, &s.balance_start, &s.edit_energy, &s.balance_before, &s.overlap_max,  &s.overlap_row,
+                    &s.reed_row,    &s.reed_beat,     &s.beat_time,   &s.work_in,        &s.residual_max, &s.dt_min,
+                    &s.node_steps,  &s.contact_steps, &s.tension_sum, &s.tension_count};
+}
 
 std::vector<std::int64_t> counters_of(const LoomState& s) {
-  return {s.pick, s.placed, s.cells_cut, s.order_violations, s.history_rows, s.nodes_max, s.contacts_max, s.edited};
+  std::vector<std::int64_t> counters;
+  for (const std::int64_t* c : counter_places(s)) counters.push_back(*c);
+  return counters;
 }
 std::vector<double> numbers_of(const LoomState& s) {
-  return {s.stage_start, s.balance_start, s.edit_energy, s.balance_before, s.overlap_max, s.overlap_row, s.reed_row,
-          s.reed_beat,   s.beat_time,     s.work_in,      s.residual_max, s.dt_min,     s.node_steps,
-          s.contact_steps, s.tension_sum, s.tension_count};
+  std::vector<double> numbers;
+  for (const double* n : number_places(s)) numbers.push_back(*n);
+  return numbers;
 }
-LoomState loom_state_from(const std::vector<std::int64_t>& c, const std::vector<double>& n) {
-  if (c.size() != counters_of_loom || n.size() != numbers_of({}).size()) throw std::runtime_error("the checkpoint is of another program version");
-  return {c[0], c[1], c[2], c[3], c[4],  c[5],  c[6],  c[7],  n[0],  n[1],  n[2], n[3],
-          n[4], n[5], n[6], n[7], n[8], n[9], n[10], n[11], n[12], n[13], n[14], n[15]};
+LoomState loom_state_from(const std::vector<std::int64_t>& counters, const std::vector<double>& numbers) {
+  LoomState s;
+  if (counters.size() != counter_places(s).size() || numbers.size() != number_places(s).size()) {
+    throw std::runtime_error("the checkpoint is of another program version");
+  }
+  for (std::size_t i = 0; std::int64_t* c : counter_places(s)) *c = counters[i++];
+  for (std::size_t i = 0; double* n : number_places(s)) *n = numbers[i++];
+  return s;
 }
 
 std::filesystem::path cell_file(const std::filesystem::path& folder, std::int64_t cell) {
@@ -73,7 +90,7 @@ EngineOptions engine_options(const Case& c, const LoomLayout& layout) {
   double smallest = layout.fiber_diameter;
   for (const std::string& name : layout.type_names) smallest = std::min(smallest, 2 * c.yarns.at(name).fiber_radius());
   o.motion_max = motion_share * smallest;
-  o.time_step_max = motion_share * smallest;  // as at 1 m/s, for a loom at rest
+  o.time_step_max = 0.05 * smallest;  // as at 0.3 m/s, for a loom at rest
   o.active_x_max = c.loom.length + engine_reach_behind_heddle * c.numerics.element_length * layout.fiber_diameter;
   return o;
 }
@@ -190,7 +207,7 @@ class WeavingRun {
       if (!run_stage(times, takes_up, case_.insertion.time)) return;
       place_weft();
     }
-    if (!run_stage(times, takes_up, times.end)) return;
+    if (!run_stage(times, takes_up, times.end) || !check_yarn_order()) return;
     end_pick();
   }
 
@@ -270,7 +287,7 @@ class WeavingRun {
     h.friction_store_J.push_back(l.friction_store);
     h.heddle_J.push_back(l.heddle);
     h.slip_J.push_back(l.flows.slip);
-    h.damping_J.push_back(l.flows.damping + l.flows.axial);
+    h.damping_J.push_back(l.flows.damping + l.flows.axial + l.flows.guides);
     h.work_tension_J.push_back(l.flows.tension);
     h.work_reed_J.push_back(l.flows.reed);
     h.work_heddle_J.push_back(l.flows.heddle);
@@ -388,12 +405,13 @@ class WeavingRun {
     }
     if (loom_.pick % case_.picks_per_cell() == 0) {
       const std::int64_t cell = loom_.pick / case_.picks_per_cell() - 1;
-      Snapshot snap = snapshot_of_cell(case_, layout_, *engine_, static_cast<int>(cell) * case_.picks_per_cell());
+      // One weft column behind the fell, where the warps are no longer spread by the shed; the first cell has nothing behind it.
+      const int first_pick = std::max(0, static_cast<int>(cell) * case_.picks_per_cell() - case_.layers);
+      Snapshot snap = snapshot_of_cell(case_, layout_, *engine_, first_pick);
       if (!options_.output.empty()) write_results(cell_file(options_.output, cell), {snap, {}, to_toml(case_), version()});
       cells_.push_back(std::move(snap));
     }
     output_wall_ += seconds_since(start);
-    check_yarn_order();
   }
 
   void save_checkpoint() {
@@ -437,7 +455,7 @@ class WeavingRun {
     s.picks = static_cast<int>(loom_.pick);
     for (const double load : result_.history.reed_load_per_beat_N) s.reed_load_max = std::max(s.reed_load_max, load);
     s.warp_tension_mean = loom_.tension_count > 0 ? loom_.tension_sum / loom_.tension_count : 0;
-    for (std::size_t k = 1; k < cells_.size(); ++k) s.steadiness.push_back(steadiness(cells_[k - 1], cells_[k]));
+    for (std::size_t k = 2; k < cells_.size(); ++k) s.steadiness.push_back(steadiness(cells_[k - 1], cells_[k]));
     s.order_violations = static_cast<int>(loom_.order_violations);
     s.searches = state.searches;
     s.late_searches = state.late_searches;

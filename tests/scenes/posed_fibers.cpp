@@ -7,7 +7,7 @@ PosedFibers::PosedFibers(Scene scene, double reach) : scene_(std::move(scene)) {
   scene_.options.skin = reach;
   scene_.options.time_step = 1e-9;
   scene_.options.overlap_limit = 1;
-  scene_.state.dt = scene_.options.time_step;
+  scene_.state.dt = scene_.state.dt_before = scene_.options.time_step;
   scene_.state = scene_.engine().state();  // with its contact list
   force_.assign(scene_.state.x.size(), Vec3::Zero());
 }
@@ -17,6 +17,7 @@ void PosedFibers::move_to(const std::vector<Vec3>& x) {
   const std::vector<Vec3> before = s.x, force_before = force_;
   for (std::size_t p = 0; p < x.size(); ++p) s.v[p] = (x[p] - s.x[p]) / s.dt;
   s.x = x;
+  for (weave::LineContact& c : s.contacts.line) c.asleep_until = 0;  // the hand's moves are not counted as travel
   weave::Engine engine = scene_.engine();
   engine.step(at_rest(scene_.model), &ledger_);
   force_ = engine.force();

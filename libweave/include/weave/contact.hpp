@@ -20,6 +20,7 @@ struct LineContact {
   double friction = 0;        ///< tangential force on the point along the touched bar [N]
   double across = 0;          ///< force conjugate to the slip along the point's own bar less its share along the touched one [N]
   double stiffness = 0;       ///< tangential stiffness at the last step [N/m]; 0: was apart
+  double asleep_until = 0;    ///< travel of the two bars, summed, before which they can not come near a touch [m]
 };
 
 /// Closest points of a fiber and a reed bar, which crosses all fibers: the line contact integrated over the crossing.
@@ -62,6 +63,7 @@ struct FiberGeometry {
   std::span<const Vec3> bar_tangent;    ///< unit, from a node to the next
   std::span<const double> bar_length, bar_inverse;  ///< length [m] and 1/length
   std::span<const Vec3> node_tangent;   ///< unit, from the previous to the next node
+  std::span<const double> travel;       ///< longest way that a node near this one can have gone since the start [m]
 };
 
 /// Sums over the contacts owned by one fiber.
@@ -77,6 +79,10 @@ struct ContactSums {
 /// Whether two fibers are of one yarn, so that the nodes are the points of their contact (always by the node-to-node law).
 bool meets_at_nodes(const Model& model, std::uint32_t fiber_a, std::uint32_t fiber_b);
 Vec3 contact_point(const FiberGeometry& geometry, const LineContact& contact);
+
+/// Lets a contact sleep for as long as its fibers, `distance` apart now, need to come near a touch. It then costs next to nothing and the
+/// result does not change, as only a contact that is near counts.
+void let_sleep(const Model& model, const FiberGeometry& geometry, std::uint32_t fiber, double distance, LineContact& contact);
 
 /// Forces of the contacts owned by `fiber` (its nodes against other fibers, its crossings with later ones). Adds to `force` and `stiffness`
 /// of the fiber's own nodes only, and stores the reactions; so fibers can be evaluated in any order, on any thread, to the same bits.

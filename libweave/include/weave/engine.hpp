@@ -22,6 +22,7 @@ struct Drive {
 struct Flows {
   double slip = 0, damping = 0;                            ///< lost by friction and by the mass-proportional damping
   double axial = 0;  ///< lost in the bars: by the implicit scheme to axial waves faster than the time step, by dashpots if explicit
+  double guides = 0;  ///< lost where the heddles catch the warp
   double tension = 0, reed = 0, heddle = 0, take_up = 0;   ///< work put in
   Flows& operator+=(const Flows& o);
 };
@@ -33,7 +34,7 @@ struct Ledger {
   [[nodiscard]] double stored() const { return kinetic + bars + bending + contact + friction_store + heddle; }
   [[nodiscard]] double put_in() const { return flows.tension + flows.reed + flows.heddle + flows.take_up; }
   /// stored + lost - put in; constant in exact arithmetic and time between two edits of the topology.
-  [[nodiscard]] double balance() const { return stored() + flows.slip + flows.damping + flows.axial - put_in(); }
+  [[nodiscard]] double balance() const { return stored() + flows.slip + flows.damping + flows.axial + flows.guides - put_in(); }
 };
 
 enum class StepStatus { ok, non_finite, overlap_too_deep };
@@ -61,14 +62,17 @@ struct EngineOptions {
 struct State {
   double time = 0;         ///< [s]
   std::int64_t step = 0;
-  double dt = 0;           ///< [s]
+  double dt = 0;           ///< of the next step [s]
+  double dt_before = 0;    ///< of the last step; 0: none yet, v is at the time of x [s]
   std::vector<Vec3> x;     ///< (nodes) [m]
   std::vector<Vec3> v;     ///< (nodes), half a step behind x [m/s]
   std::vector<Vec3> x_build;  ///< x at the last neighbor search [m]
   std::vector<Vec3> x_pick;   ///< x when the active contacts were last picked [m]
+  std::vector<double> travel;  ///< (nodes) longest way that a node near this one can have gone [m]
   ContactList contacts;
   Flows flows;
-  std::int64_t searches = 0, picks_of_active = 0, late_searches = 0;
+  std::int64_t searches = 0, picks_of_active = 0;
+  std::int64_t late_searches = 0;  ///< steps whose contacts came from a list that had run out
   int calm_steps = 0;      ///< steps since the time step was near its limit
 };
 
@@ -83,7 +87,8 @@ class Engine {
  public:
   Engine(Model model, State state, const EngineOptions& options);
 
-  /// Advances by one time step. With `ledger`, fills it with the energies at the step's start.
+  /// Advances by one time step. With `ledger`, fills it with the energies half way through the velocities' change: contact and bending at
+  /// the step's start, bars and guides, whose loss is what they do not store, as the mean of the step's two ends.
   StepReport step(const Drive& drive, Ledger* ledger = nullptr);
 
   [[nodiscard]] const Model& model() const { return model_; }
@@ -110,14 +115,22 @@ class Engine {
     bool finite = true;
   };
   void refresh_geometry(std::uint32_t fiber);
+  void add_travel(std::uint32_t fiber);
   void move_fiber(std::uint32_t fiber, const Drive& drive, bool with_energy);
   void add_bar_forces(std::uint32_t fiber, bool with_energy);
   void pull_bars(std::uint32_t fiber);
   void solve_chain(std::uint32_t begin, std::uint32_t last, double seam);
-  void add_guide_forces(std::uint32_t fiber, const Drive& drive, bool with_energy);
+  struct GuideHold {
+    double share, slope;
+  };
+  [[nodiscard]] GuideHold guide_hold(double x) const;
+  [[nodiscard]] double guide_energy(std::uint32_t fiber, double z) const;
+  double hold_in_guides(std::uint32_t fiber, const Drive& drive);
   [[nodiscard]] double axial_damping(const FiberType& type) const;
   void search();
   void pick();
+  /// From the middle of the last step to the middle of the next: for how long the forces at x act on v [s].
+  [[nodiscard]] double kick_time() const { return 0.5 * (state_.dt_before + state_.dt); }
   void choose_time_step(double frequency2, double speed2);
   [[nodiscard]] std::string describe_failure(StepStatus status) const;
 
@@ -127,8 +140,9 @@ class Engine {
   NeighborSearch neighbor_search_;
   StageTimes times_;
   double step_limit_ = 0;
+  bool list_is_late_ = false;  ///< nodes have moved farther than the contact list in use allows
   std::vector<Vec3> bar_tangent_, node_tangent_, force_, velocity_change_;
-  std::vector<double> bar_length_, bar_inverse_, bar_rate_, bar_energy_, stiffness_, tension_;
+  std::vector<double> bar_length_, bar_inverse_, bar_rate_, bar_energy_, block_speed2_, stiffness_, tension_;
   std::vector<double> diagonal_, upper_, multiplier_, corner_;  ///< of the solve for the bars' tensions
   std::vector<std::uint8_t> slack_;                             ///< per bar
   std::vector<PerFiber> per_fiber_;

@@ -88,7 +88,8 @@ double cell_end(const Case& c, const LoomLayout& layout, const Model& model, con
 /// All fibers but the reed.
 Snapshot snapshot_of_loom(const Case& c, const Engine& engine, int pick);
 
-/// The unit cell whose wefts are picks first_pick ... first_pick + picks_per_cell - 1, warps clipped to its faces.
+/// The unit cell whose wefts are picks first_pick ... first_pick + picks_per_cell - 1, warps clipped to its faces. Wefts are numbered by
+/// their row in the weaving matrix, after the warps.
 Snapshot snapshot_of_cell(const Case& c, const LoomLayout& layout, const Engine& engine, int first_pick);
 
 }  // namespace weave
