@@ -85,13 +85,14 @@ WeavingMatrix Case::matrix() const {
   return assemble(matrices);
 }
 
-Case load_case(const std::filesystem::path& file) {
+Case load_case(const std::filesystem::path& given, const std::vector<std::string>& overrides) {
+  const std::filesystem::path file = std::filesystem::is_directory(given) ? given / "case.toml" : given;
   std::ifstream stream(file, std::ios::binary);
-  if (!stream.is_open() || std::filesystem::is_directory(file)) {
+  if (!stream.is_open()) {
     throw CaseError(fmt::format("{}: can not be read as a case file", file.string()));
   }
   const std::string text{std::istreambuf_iterator<char>(stream), {}};
-  return parse_case(text, file.string());
+  return parse_case(text, file.string(), overrides);
 }
 
 std::string to_toml(const Case& c) {

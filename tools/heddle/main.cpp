@@ -15,13 +15,13 @@ int main(int argc, char** argv) {
 
   heddle::CheckOptions check;
   CLI::App* check_app = app.add_subcommand("check", "Read a case and say what would be run");
-  check_app->add_option("case", check.case_file, "case file (TOML)")->required();
+  check_app->add_option("case", check.case_file, "case file (TOML), or a folder with a case.toml")->required();
   check_app->add_option("--set", check.overrides, "change a value: key.path=value")->type_name("KEY=VALUE");
   check_app->add_option("--draft", check.draft, "draw the weave into this file (.png, .svg, .pdf)");
 
   heddle::WeaveOptions weave_options;
   CLI::App* weave_app = app.add_subcommand("weave", "Weave a case");
-  weave_app->add_option("case", weave_options.case_file, "case file (TOML)")->required();
+  weave_app->add_option("case", weave_options.case_file, "case file (TOML), or a folder with a case.toml")->required();
   weave_app->add_option("-o,--output", weave_options.output, "results folder (default results/NAME)");
   weave_app->add_option("--set", weave_options.overrides, "change a value: key.path=value")->type_name("KEY=VALUE");
   weave_app->add_option("-j,--threads", weave_options.threads, "threads (default all)")->check(CLI::Range(1, 1024));

@@ -5,8 +5,6 @@
 
 #include <atomic>
 #include <csignal>
-#include <fstream>
-#include <iterator>
 
 #include "draft.hpp"
 #include "weave/case.hpp"
@@ -18,13 +16,6 @@ namespace {
 std::atomic<bool> stop_wanted = false;
 
 void on_signal(int) { stop_wanted = true; }
-
-weave::Case read_case(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
-  std::ifstream in(file);
-  if (!in) throw weave::CaseError(file.string() + ": cannot be read");
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
-  return weave::parse_case(text, file.string(), overrides);
-}
 
 std::string duration(double seconds) {
   const auto s = static_cast<long>(seconds);
@@ -41,7 +32,7 @@ void show(const weave::RunProgress& p) {
 
 int weave_command(const WeaveOptions& options) {
   if (options.threads > 0) omp_set_num_threads(options.threads);
-  const weave::Case c = read_case(options.case_file, options.overrides);
+  const weave::Case c = weave::load_case(options.case_file, options.overrides);
   weave::RunOptions run;
   run.output = options.output.empty() ? std::filesystem::path("results") / c.name : options.output;
   run.resume = options.resume;
@@ -69,7 +60,7 @@ int weave_command(const WeaveOptions& options) {
 }
 
 int check_command(const CheckOptions& options) {
-  const weave::Case c = read_case(options.case_file, options.overrides);
+  const weave::Case c = weave::load_case(options.case_file, options.overrides);
   const weave::RunEstimate e = weave::estimate_run(c);
   fmt::print("{}: {}\n", c.name, c.title);
   fmt::print("  unit cell        {:.4g} x {:.4g} mm, {} picks, {} warps in {} sections and {} dents\n", 1e3 * c.cell_length(), 1e3 * c.cell_width(),

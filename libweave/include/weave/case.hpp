@@ -123,10 +123,11 @@ class CaseError : public std::runtime_error {
 
 /// Reads and checks a TOML case file. Unknown keys, missing keys, wrong units, contradictions and values out of range throw CaseError,
 /// with all the mistakes found, one a line.
-Case load_case(const std::filesystem::path& file);
+/// A folder stands for the case.toml in it. `overrides` are "key.path=value" assignments (TOML values) applied before checking, as given
+/// on a command line.
+Case load_case(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 
-/// Same from text; `file` only names the source in messages. `overrides` are "key.path=value" assignments (TOML values) applied before
-/// checking, as given on a command line.
+/// Same from text; `file` only names the source in messages.
 Case parse_case(const std::string& text, const std::string& file, const std::vector<std::string>& overrides = {});
 
 /// The case as TOML with every default written out, in SI units; parse_case(to_toml(c)) gives c back to the bit.
