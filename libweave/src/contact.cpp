@@ -17,6 +17,8 @@ constexpr double nearer = 1 - 1e-9;
 /// for that, they are taken to be as stiff as if they overlapped by `touch_overlap`.
 constexpr double near_touch = 1.05;
 constexpr double touch_overlap = 0.02;
+/// Of the line law on the length of fiber, half a diameter at most, that a point between two yarns stands for.
+constexpr int samples = 4;
 
 struct Step {
   bool exists = false;
@@ -113,7 +115,6 @@ void release(CrossingContact& k, double c, double& lost) {
 }
 
 void note_overlap(double ratio, std::uint32_t node, std::uint32_t segment, ContactSums& sums) {
-  ++sums.touching;
   if (ratio <= sums.overlap_max) return;
   sums.overlap_max = ratio;
   sums.node_max = node;
@@ -130,16 +131,16 @@ struct Target {
   std::span<double> stiffness;
 };
 
-/// Closest point of the touched fiber to a contact's point. Far from the ends of the bar at hand no other bar can be nearer; only near them the
+/// Closest point of the touched fiber to a point, from the bar at hand. Far from that bar's ends no other can be nearer; only near them the
 /// fiber is walked along.
-inline PolylinePoint follow(const Model& m, const FiberGeometry& g, const Vec3& point, LineContact& c) {
-  Vec3 r = point - g.x[c.segment];
-  r.y() -= c.image * m.period_y;
-  const Vec3& t = g.bar_tangent[c.segment];
-  const double along = r.dot(t), length = g.bar_length[c.segment];
-  if (along < end_zone * length || along > (1 - end_zone) * length) return walk_to_point(m, g, point, c.segment, c.image);
+inline PolylinePoint follow(const Model& m, const FiberGeometry& g, const Vec3& point, std::uint32_t& segment, std::int32_t& image) {
+  Vec3 r = point - g.x[segment];
+  r.y() -= image * m.period_y;
+  const Vec3& t = g.bar_tangent[segment];
+  const double along = r.dot(t), length = g.bar_length[segment];
+  if (along < end_zone * length || along > (1 - end_zone) * length) return walk_to_point(m, g, point, segment, image);
   r -= along * t;
-  return {along * g.bar_inverse[c.segment], r, r.squaredNorm()};
+  return {along * g.bar_inverse[segment], r, r.squaredNorm()};
 }
 
 /// Relative motion of a contact's two fibers during the last step.
@@ -170,20 +171,77 @@ inline Slip slip_of(const FiberGeometry& g, const LineContact& c, const Polyline
   return slip;
 }
 
-void line_contact(const Target& at, LineContact& c, Reaction& reaction, ContactSums& sums) {
+/// Normal force of a contact, summed over its samples.
+struct NormalSum {
+  Vec3 on_first = Vec3::Zero(), on_second = Vec3::Zero();  ///< on the nodes of the point's bar [N]
+  double force = 0, stiffness = 0;                         ///< sums of magnitudes [N], of slopes [N/m]
+  double bound = 0;                                        ///< on the stiffness that a node can feel without friction [N/m]
+};
+
+/// Pushes one sample of a contact, a share `weight` [m] of fiber at `eta` on the point's bar, off its closest point q on the bar `segment`.
+inline void push(const Target& at, const PairLaw& law, const PolylinePoint& q, double weight, double eta, std::uint32_t node,
+                 std::uint32_t segment, Reaction& reaction, NormalSum& sum, ContactSums& sums) {
+  const double distance = std::sqrt(q.distance2);
+  const double overlap = law.reach - distance, ratio = overlap * law.inverse_reach;
+  const auto [force, stiffness] = law.line_response(overlap);
+  const Vec3 pull = weight * force / std::max(distance, 1e-3 * law.reach) * q.separation;
+  const double bound = weight * stiffness * (1 + ratio);
+  sum.on_first += (1 - eta) * pull;
+  sum.on_second += eta * pull;
+  sum.force += weight * force;
+  sum.stiffness += weight * stiffness;
+  sum.bound += bound;
+  if (!reaction.active) reaction = {Vec3::Zero(), Vec3::Zero(), 0, segment, true};
+  reaction.on_first -= (1 - q.fraction) * pull;
+  reaction.on_second -= q.fraction * pull;
+  reaction.stiffness += bound;
+  note_overlap(ratio, node, segment, sums);
+  if (at.with_energy) sums.energy += weight * law.line_energy(overlap);
+}
+
+/// The samples of a contact between two yarns: the law is integrated over the length of fiber that the point stands for, as its closest points
+/// lie, so that a crossing is felt alike wherever it is between two points. They may lie on the bar at hand and on one beside it.
+inline NormalSum push_samples(const Target& at, const LineContact& c, const PairLaw& law, double weight, std::span<Reaction, 2> reaction,
+                              ContactSums& sums) {
+  const FiberGeometry& g = at.g;
+  const Vec3 along = g.x[c.node + 1] - g.x[c.node];
+  const double cell = 1.0 / at.model.points[at.fiber];
+  NormalSum sum;
+  for (int k = 0; k < samples; ++k) {
+    const double eta = c.fraction + ((k + 0.5) / samples - 0.5) * cell;
+    std::uint32_t segment = c.segment;
+    std::int32_t image = c.image;
+    PolylinePoint q = follow(at.model, g, g.x[c.node] + eta * along, segment, image);
+    if (q.distance2 >= law.reach * law.reach) continue;
+    Reaction& on_bar = reaction[segment == c.segment ? 0 : 1];
+    if (on_bar.active && on_bar.segment != segment) continue;
+    push(at, law, q, weight / samples, eta, c.node, segment, on_bar, sum, sums);
+  }
+  return sum;
+}
+
+void line_contact(const Target& at, LineContact& c, std::span<Reaction, 2> reaction, ContactSums& sums) {
   const Model& m = at.model;
   const FiberGeometry& g = at.g;
-  reaction.active = false;
+  reaction[0].active = reaction[1].active = false;
   const std::uint32_t p = c.node, other = m.fiber_of[c.segment];
-  const double eta = c.fraction;
-  const Vec3 point = contact_point(g, c);
   const PairLaw& law = m.pair_law(at.fiber, other);
-  const PolylinePoint q = follow(m, g, point, c);
+  const PolylinePoint q = follow(m, g, contact_point(g, c), c.segment, c.image);
   const bool one_yarn = meets_at_nodes(m, at.fiber, other);
   // Half of the pair's length; the other half comes from the other fiber's points.
   const double weight = 0.5 * (one_yarn ? m.tributary[p] : m.point_length[at.fiber]);
-  const bool apart = q.distance2 >= law.reach * law.reach;
-  if (apart && c.stiffness <= 0) {
+  if (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.segment, c.image)) return release(c, sums.slip_loss);
+  const double near = (one_yarn ? 1 : near_touch) * law.reach;
+  NormalSum normal;
+  if (q.distance2 < near * near) {
+    if (one_yarn) {
+      if (q.distance2 < law.reach * law.reach) push(at, law, q, weight, 0, p, c.segment, reaction[0], normal, sums);
+    } else {
+      normal = push_samples(at, c, law, weight, reaction, sums);
+    }
+  }
+  const bool touches = normal.stiffness > 0;
+  if (!touches && c.stiffness <= 0) {
     if (q.distance2 < near_touch * near_touch * law.reach * law.reach) {
       const double k = weight * law.line_stiffness(touch_overlap * law.reach);
       at.stiffness[p] += k;
@@ -193,45 +251,42 @@ void line_contact(const Target& at, LineContact& c, Reaction& reaction, ContactS
     }
     return;
   }
-  if (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.segment, c.image)) return release(c, sums.slip_loss);
-  const std::uint32_t s = c.segment;
-  const double distance = std::sqrt(q.distance2);
-  const Vec3 n = (1 / std::max(distance, 1e-3 * law.reach)) * q.separation;
-  const Slip slip = m.friction > 0 ? slip_of(g, c, q, n, distance, one_yarn, at.dt) : Slip{};
-  if (apart) {
-    sums.slip_loss -= 0.5 * (c.friction * slip.along_b + c.across * slip.across());  // of the last step, which ends without force
-    return release(c, sums.slip_loss);
-  }
-  const double overlap = law.reach - distance;
-  const double overlap_ratio = overlap * law.inverse_reach;
-  note_overlap(overlap_ratio, p, s, sums);
-  const auto [force, stiffness] = law.line_response(overlap);
-  const double fn = weight * force, kn = weight * stiffness;
-  const double xi = q.fraction;
-
-  Vec3 pull = fn * n;  // on the point
-  Vec3 couple_a = Vec3::Zero(), couple_b = Vec3::Zero();
+  sums.touching += touches;
   if (m.friction > 0) {
-    slide(c, slip.along_b, one_yarn ? 0 : slip.across(), one_yarn ? 0 : slip.sine2(), m.friction * kn, m.friction * fn, sums.slip_loss);
-    const double along_b = c.friction - slip.cosine * c.across;
-    pull += along_b * g.bar_tangent[s];
-    couple_b = along_b * slip.arm_b * n;
-    if (!one_yarn) {
-      pull += c.across * g.bar_tangent[p];
-      couple_a = c.across * slip.arm_a * n;
+    const double distance = std::sqrt(q.distance2);
+    const Vec3 n = (1 / std::max(distance, 1e-3 * law.reach)) * q.separation;
+    const Slip slip = slip_of(g, c, q, n, distance, one_yarn, at.dt);
+    if (!touches) {
+      sums.slip_loss -= 0.5 * (c.friction * slip.along_b + c.across * slip.across());  // of the last step, which ends without force
+      return release(c, sums.slip_loss);
     }
+    slide(c, slip.along_b, one_yarn ? 0 : slip.across(), one_yarn ? 0 : slip.sine2(), m.friction * normal.stiffness, m.friction * normal.force,
+          sums.slip_loss);
+    const double along_b = c.friction - slip.cosine * c.across, eta = c.fraction;
+    Vec3 drag = along_b * g.bar_tangent[c.segment];
+    const Vec3 couple_b = along_b * slip.arm_b * n;
+    if (!one_yarn) {
+      drag += c.across * g.bar_tangent[p];
+      const Vec3 couple_a = c.across * slip.arm_a * n;
+      normal.on_first -= couple_a;
+      normal.on_second += couple_a;
+    }
+    normal.on_first += (1 - eta) * drag;
+    normal.on_second += eta * drag;
+    normal.bound += m.friction * normal.stiffness;
+    if (!reaction[0].active) reaction[0] = {Vec3::Zero(), Vec3::Zero(), 0, c.segment, true};
+    reaction[0].on_first -= (1 - q.fraction) * drag + couple_b;
+    reaction[0].on_second -= q.fraction * drag - couple_b;
+    reaction[0].stiffness += m.friction * normal.stiffness;
+    if (at.with_energy) sums.friction_store += stored_in(c);
   }
-  const double k = kn * (1 + overlap_ratio + m.friction);
-  at.force[p] += (1 - eta) * pull - couple_a;
-  at.stiffness[p] += (1 - eta) * k;
-  if (!one_yarn) {
-    at.force[p + 1] += eta * pull + couple_a;
-    at.stiffness[p + 1] += eta * k;
-  }
-  reaction = {-(1 - xi) * pull - couple_b, -xi * pull + couple_b, k, s, true};
-  if (at.with_energy) {
-    sums.energy += weight * law.line_energy(overlap);
-    sums.friction_store += stored_in(c);
+  at.force[p] += normal.on_first;
+  if (one_yarn) {
+    at.stiffness[p] += normal.bound;
+  } else {
+    at.force[p + 1] += normal.on_second;
+    at.stiffness[p] += (1 - c.fraction) * normal.bound;
+    at.stiffness[p + 1] += c.fraction * normal.bound;
   }
 }
 
@@ -253,6 +308,7 @@ void node_contact(const Target& at, LineContact& c, Reaction& reaction, ContactS
   if (distance >= law.reach) return release(c, sums.slip_loss);
   const double overlap = law.reach - distance;
   note_overlap(overlap / law.reach, p, s, sums);
+  ++sums.touching;
   const double weight = 0.5 * m.tributary[p];
   const auto [force, stiffness] = law.line_response(overlap);
   const double fn = weight * force, kn = weight * stiffness;
@@ -287,6 +343,7 @@ void crossing_contact(const Target& at, CrossingContact& k, Reaction& reaction, 
   const Vec3 n = q.separation / std::max(distance, 1e-3 * law.reach);
   const double overlap = law.reach - distance;
   note_overlap(overlap / law.reach, a, b, sums);
+  ++sums.touching;
   const double fn = law.crossing_force(overlap);
   const double kn = law.crossing_stiffness(overlap);
   const double s = q.fraction_a, t = q.fraction_b;
@@ -417,16 +474,16 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
   for (std::uint32_t i = lines.of[fiber]; i < lines.of[fiber + 1]; ++i) {
     LineContact& contact = contacts.line[lines.number[i]];
     if (geometry.travel[contact.node] + geometry.travel[contact.segment] < contact.asleep_until) {
-      lines.reaction[i].active = false;
+      lines.reaction[2 * i].active = lines.reaction[2 * i + 1].active = false;
     } else if (model.node_contact) {
-      node_contact(at, contact, lines.reaction[i], sums);
+      node_contact(at, contact, lines.reaction[2 * i], sums);
     } else {
-      line_contact(at, contact, lines.reaction[i], sums);
+      line_contact(at, contact, std::span<Reaction, 2>(&lines.reaction[2 * i], 2), sums);
     }
   }
   ActiveContacts& crossings = contacts.active_crossing;
   for (std::uint32_t i = crossings.of[fiber]; i < crossings.of[fiber + 1]; ++i) {
-    crossing_contact(at, contacts.crossing[crossings.number[i]], crossings.reaction[i], sums);
+    crossing_contact(at, contacts.crossing[crossings.number[i]], crossings.reaction[2 * i], sums);
   }
   return sums;
 }
@@ -434,7 +491,9 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
 void gather_reactions(const ContactList& contacts, std::uint32_t fiber, std::span<Vec3> force, std::span<double> stiffness) {
   for (const ActiveContacts* active : {&contacts.active_line, &contacts.active_crossing}) {
     for (std::uint32_t i = active->target_of[fiber]; i < active->target_of[fiber + 1]; ++i) {
-      add_reaction(active->reaction[active->target[i]], force, stiffness);
+      const std::size_t slot = 2 * std::size_t{active->target[i]};
+      add_reaction(active->reaction[slot], force, stiffness);
+      add_reaction(active->reaction[slot + 1], force, stiffness);
     }
   }
 }

@@ -58,8 +58,8 @@ TEST(impact, duration_of_a_crossing) {
   const Scene scene = crossing_pair(type, std::numbers::pi / 2, length, 1, 1.01 * d);
   const double mass = 0.5 * type.density * type.area * length;  // reduced
   const weave::PairLaw law = scene.model.pair_laws[0];
-  // The line law at the points of both fibers, which stand at both sides of the crossing; half of it from each fiber.
-  const std::uint32_t points = scene.model.points[0];
+  // The line law at the samples of both fibers, which stand at both sides of the crossing; half of it from each fiber.
+  const std::uint32_t points = 4 * scene.model.points[0];
   const auto energy = [&](double delta) {
     double sum = 0;
     for (std::uint32_t i = 0; i < points; ++i) {

@@ -9,7 +9,7 @@ namespace weave {
 
 /// Point of one fiber against the closest point of another fiber's poly-line: the line contact of the pair, integrated at points along both
 /// fibers. Fibers of one yarn run side by side and their nodes are points enough; fibers of different yarns may cross, so there the points
-/// are not farther apart than half a diameter, and no crossing falls between them.
+/// are not farther apart than half a diameter, and the law is sampled an eighth of a diameter apart around each that is near a touch.
 /// Friction acts on material slip: along the touched fiber the change of the closest point's arc length, and across it, the more the steeper
 /// the fibers cross, the slip along the point's own fiber. No rigid motion alters either; parallel fibers are free to roll over one another.
 struct LineContact {
@@ -36,7 +36,7 @@ struct Reaction {
   Vec3 on_first, on_second;  ///< on the nodes of the touched bar [N]
   double stiffness;          ///< [N/m]
   std::uint32_t segment;
-  bool active;
+  bool active = false;
 };
 
 /// Those contacts of one kind that are near enough to be evaluated.
@@ -45,7 +45,7 @@ struct ActiveContacts {
   std::vector<std::uint32_t> of;         ///< those of fiber f: of[f] ... of[f+1]-1
   std::vector<std::uint32_t> target;     ///< touched side: places in `number` by touched fiber, rising
   std::vector<std::uint32_t> target_of;  ///< as of
-  std::vector<Reaction> reaction;        ///< one for each of `number`
+  std::vector<Reaction> reaction;        ///< two for each of `number`: on the bar at hand and on one beside it
 };
 
 /// Everything within the outer skin is listed at a search; what is within the inner skin is picked from the list more often.
