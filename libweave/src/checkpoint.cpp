@@ -94,7 +94,7 @@ void write_checkpoint(const std::filesystem::path& path, const Checkpoint& c) {
   file.write("/state/counters", std::vector<std::int64_t>{s.step, s.searches, s.picks_of_active, s.late_searches, s.calm_steps});
   write_vectors(file, "/state/x", s.x);
   write_vectors(file, "/state/v", s.v);
-  write_vectors(file, "/state/x_build", s.x_build);
+  file.write("/state/moved", s.moved);
   write_vectors(file, "/state/x_pick", s.x_pick);
   file.write("/state/travel", s.travel);
   std::vector<std::int64_t> places;
@@ -151,7 +151,7 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
   s.calm_steps = static_cast<int>(k[4]);
   s.x = read_vectors(file, "/state/x");
   s.v = read_vectors(file, "/state/v");
-  s.x_build = read_vectors(file, "/state/x_build");
+  s.moved = file.read<double>("/state/moved");
   s.x_pick = read_vectors(file, "/state/x_pick");
   s.travel = file.read<double>("/state/travel");
   std::vector<std::int64_t> places = file.read<std::int64_t>("/contacts/line");

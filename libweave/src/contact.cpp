@@ -7,7 +7,7 @@
 namespace weave {
 namespace {
 
-/// Near a bar's end the neighbor bar may be closer: it is looked at within this fraction of the length.
+/// Near an end of a bar its neighbor may be closer to a crossing bar: it is looked at within this fraction of the length.
 constexpr double end_zone = 0.2;
 constexpr int walk_limit = 50;
 /// Two bars are equally close at the vertex they share: the one at hand is kept against round-off, as their angles, and shares, differ.
@@ -131,16 +131,23 @@ struct Target {
   std::span<double> stiffness;
 };
 
-/// Closest point of the touched fiber to a point, from the bar at hand. Far from that bar's ends no other can be nearer; only near them the
-/// fiber is walked along.
+/// Whether the closest points of all that lies within sqrt(distance2) of a bar, beside its stretch low...high [m], are on that bar: a point at
+/// distance r from it is nearer to the next bar if it lies within r tan(phi/2) of their vertex, with phi the angle of the two.
+inline bool nearest_on_this_bar(const FiberGeometry& g, std::uint32_t s, double low, double high, double distance2) {
+  const double left = g.bar_length[s] - high;
+  return low >= 0 && left >= 0 && low * low >= g.bend2[s] * distance2 && left * left >= g.bend2[s + 1] * distance2;
+}
+
+/// Closest point of the touched fiber to a point, from the bar at hand; the fiber is walked along only where another bar may be nearer.
 inline PolylinePoint follow(const Model& m, const FiberGeometry& g, const Vec3& point, std::uint32_t& segment, std::int32_t& image) {
   Vec3 r = point - g.x[segment];
   r.y() -= image * m.period_y;
   const Vec3& t = g.bar_tangent[segment];
-  const double along = r.dot(t), length = g.bar_length[segment];
-  if (along < end_zone * length || along > (1 - end_zone) * length) return walk_to_point(m, g, point, segment, image);
+  const double along = r.dot(t);
   r -= along * t;
-  return {along * g.bar_inverse[segment], r, r.squaredNorm()};
+  const double distance2 = r.squaredNorm();
+  if (!nearest_on_this_bar(g, segment, along, along, distance2)) return walk_to_point(m, g, point, segment, image);
+  return {along * g.bar_inverse[segment], r, distance2};
 }
 
 /// Relative motion of a contact's two fibers during the last step.
@@ -199,23 +206,67 @@ inline void push(const Target& at, const PairLaw& law, const PolylinePoint& q, d
   if (at.with_energy) sums.energy += weight * law.line_energy(overlap);
 }
 
+/// Place of sample k about its point, in shares of the length that the point stands for.
+constexpr double sample_offset(int k) { return (k + 0.5) / samples - 0.5; }
+
+/// All samples of a contact at once where their closest points lie on one bar: on straight bars the separation is r0 + t u, with t along the
+/// point's bar and u the part of that bar normal to the touched one. False, with nothing done, where another bar may be nearer.
+inline bool push_samples_on_bar(const Target& at, const LineContact& c, const PairLaw& law, const PolylinePoint& q, double weight,
+                                Reaction& reaction, NormalSum& sum, ContactSums& sums) {
+  const FiberGeometry& g = at.g;
+  const std::uint32_t s = c.segment;
+  const Vec3 along = g.x[c.node + 1] - g.x[c.node];
+  const double shift = along.dot(g.bar_tangent[s]), cell = 1.0 / at.model.points[at.fiber];
+  const Vec3 u = along - shift * g.bar_tangent[s];
+  const double r0u = q.separation.dot(u), u2 = u.squaredNorm();
+  const double last = sample_offset(samples - 1) * cell, spread = last * std::abs(shift), middle = q.fraction * g.bar_length[s];
+  const double farthest2 = q.distance2 + 2 * last * std::abs(r0u) + last * last * u2;
+  if (!nearest_on_this_bar(g, s, middle - spread, middle + spread, farthest2)) return false;
+
+  const double w = weight / samples * law.line;
+  double force_0 = 0, force_1 = 0, force_2 = 0;  // sums of w f / r times powers of t
+  double force = 0, stiffness = 0, bound = 0, deepest = 0;
+  for (int k = 0; k < samples; ++k) {
+    const double t = sample_offset(k) * cell;
+    const double r2 = q.distance2 + 2 * t * r0u + t * t * u2;
+    const double r = std::sqrt(r2), overlap = std::max(law.reach - r, 0.0);
+    const double slope = w * std::sqrt(overlap) / r, per_r = slope * overlap / r;
+    force_0 += per_r;
+    force_1 += per_r * t;
+    force_2 += per_r * t * t;
+    force += slope * overlap;
+    stiffness += 1.5 * slope;
+    bound += 1.5 * slope * (1 + overlap * law.inverse_reach);
+    deepest = std::max(deepest, overlap);
+    if (at.with_energy) sums.energy += weight / samples * law.line_energy(overlap);
+  }
+  if (deepest <= 0) return true;
+  const Vec3 pull = force_0 * q.separation + force_1 * u, moment = force_1 * q.separation + force_2 * u;
+  const double eta = c.fraction, xi = q.fraction, turn = shift * g.bar_inverse[s];
+  sum = {(1 - eta) * pull - moment, eta * pull + moment, force, stiffness, bound};
+  reaction = {turn * moment - (1 - xi) * pull, -turn * moment - xi * pull, bound, s, true};
+  note_overlap(deepest * law.inverse_reach, c.node, s, sums);
+  return true;
+}
+
 /// The samples of a contact between two yarns: the law is integrated over the length of fiber that the point stands for, as its closest points
 /// lie, so that a crossing is felt alike wherever it is between two points. They may lie on the bar at hand and on one beside it.
-inline NormalSum push_samples(const Target& at, const LineContact& c, const PairLaw& law, double weight, std::span<Reaction, 2> reaction,
-                              ContactSums& sums) {
+inline NormalSum push_samples(const Target& at, const LineContact& c, const PairLaw& law, const PolylinePoint& q, double weight,
+                              std::span<Reaction, 2> reaction, ContactSums& sums) {
   const FiberGeometry& g = at.g;
+  NormalSum sum;
+  if (push_samples_on_bar(at, c, law, q, weight, reaction[0], sum, sums)) return sum;
   const Vec3 along = g.x[c.node + 1] - g.x[c.node];
   const double cell = 1.0 / at.model.points[at.fiber];
-  NormalSum sum;
   for (int k = 0; k < samples; ++k) {
-    const double eta = c.fraction + ((k + 0.5) / samples - 0.5) * cell;
+    const double eta = c.fraction + sample_offset(k) * cell;
     std::uint32_t segment = c.segment;
     std::int32_t image = c.image;
-    PolylinePoint q = follow(at.model, g, g.x[c.node] + eta * along, segment, image);
-    if (q.distance2 >= law.reach * law.reach) continue;
+    const PolylinePoint at_sample = follow(at.model, g, g.x[c.node] + eta * along, segment, image);
+    if (at_sample.distance2 >= law.reach * law.reach) continue;
     Reaction& on_bar = reaction[segment == c.segment ? 0 : 1];
     if (on_bar.active && on_bar.segment != segment) continue;
-    push(at, law, q, weight / samples, eta, c.node, segment, on_bar, sum, sums);
+    push(at, law, at_sample, weight / samples, eta, c.node, segment, on_bar, sum, sums);
   }
   return sum;
 }
@@ -237,7 +288,7 @@ void line_contact(const Target& at, LineContact& c, std::span<Reaction, 2> react
     if (one_yarn) {
       if (q.distance2 < law.reach * law.reach) push(at, law, q, weight, 0, p, c.segment, reaction[0], normal, sums);
     } else {
-      normal = push_samples(at, c, law, weight, reaction, sums);
+      normal = push_samples(at, c, law, q, weight, reaction, sums);
     }
   }
   const bool touches = normal.stiffness > 0;
@@ -425,12 +476,9 @@ bool within_own_bend(const Model& m, std::uint32_t fiber, std::uint32_t node, st
 PolylinePoint walk_to_point(const Model& m, const FiberGeometry& g, const Vec3& point, std::uint32_t& segment, std::int32_t& image) {
   OnBar here = nearest_on_bar(g, point, segment, image * m.period_y);
   for (int i = 0; i < walk_limit; ++i) {
-    Step to;
-    if (here.raw < end_zone) {
-      to = previous_bar(m, segment);
-    } else if (here.raw > 1 - end_zone) {
-      to = next_bar(m, segment);
-    }
+    const double along = here.raw * g.bar_length[segment];
+    if (nearest_on_this_bar(g, segment, along, along, here.distance2)) break;
+    const Step to = here.raw < 0.5 ? previous_bar(m, segment) : next_bar(m, segment);
     if (!to.exists) break;
     const OnBar there = nearest_on_bar(g, point, to.segment, (image + to.wrap) * m.period_y);
     if (there.distance2 >= nearer * here.distance2) break;

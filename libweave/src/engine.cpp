@@ -11,6 +11,7 @@ namespace {
 
 /// Solves for the state (taut or slack) of the bars: enough for a wave of slack to settle; a bar still undecided keeps its last state.
 constexpr int bar_state_rounds = 4;
+constexpr double search_ahead = 0.5;  ///< nodes past this share of the way to a search are searched with those that are due
 constexpr double first_step = 1e-12;  ///< [s]
 /// Nodes whose travel is counted together. A bar at hand that follows its closest point stays within a block or goes to the next.
 constexpr std::uint32_t block_nodes = 16;
@@ -37,13 +38,13 @@ Flows& Flows::operator+=(const Flows& o) {
 
 Engine::Engine(Model model, State state, const EngineOptions& options)
     : model_(std::move(model)), state_(std::move(state)), options_(options) {
-  options_.outer_skin = std::max(options_.outer_skin, options_.skin);
+  options_.outer_skin = std::max(options_.outer_skin, 2 * options_.skin);
   const std::size_t n = model_.nodes();
   bar_tangent_.assign(n, Vec3::Zero());
   node_tangent_.assign(n, Vec3::UnitX());
   force_.assign(n, Vec3::Zero());
   velocity_change_.assign(n, Vec3::Zero());
-  for (auto* a : {&bar_length_, &bar_inverse_, &bar_rate_, &bar_energy_, &block_speed2_, &stiffness_, &tension_, &diagonal_, &upper_, &multiplier_, &corner_}) {
+  for (auto* a : {&bar_length_, &bar_inverse_, &bend2_, &bar_rate_, &bar_energy_, &block_speed2_, &stiffness_, &tension_, &diagonal_, &upper_, &multiplier_, &corner_}) {
     a->assign(n, 0);
   }
   slack_.assign(n, 0);
@@ -51,10 +52,12 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   for (std::uint32_t f = 0; f < model_.fibers(); ++f) refresh_geometry(f);
   // The first step is too short to move anything: it only shows how stiff the contacts are.
   if (state_.dt <= 0) state_.dt = options_.time_step > 0 ? options_.time_step : first_step;
-  const bool fresh = state_.x_build.size() != n;
+  const bool fresh = state_.x_pick.size() != n;
   if (state_.travel.size() != n) state_.travel.assign(n, 0);
   if (fresh) {
-    search();
+    state_.moved.assign(n, std::numeric_limits<double>::infinity());
+    state_.x_pick = state_.x;
+    pick();
   } else {
     index_targets(model_, state_.contacts);
   }
@@ -63,7 +66,7 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
 std::pair<Model, State> Engine::release() && { return {std::move(model_), std::move(state_)}; }
 
 FiberGeometry Engine::geometry() const {
-  return {state_.x, state_.v, bar_tangent_, bar_length_, bar_inverse_, node_tangent_, state_.travel};
+  return {state_.x, state_.v, bar_tangent_, bar_length_, bar_inverse_, node_tangent_, bend2_, state_.travel};
 }
 
 void Engine::refresh_geometry(std::uint32_t f) {
@@ -79,6 +82,12 @@ void Engine::refresh_geometry(std::uint32_t f) {
     bar_inverse_[s] = 1 / bar_length_[s];
     bar_tangent_[s] = bar_inverse_[s] * r;
   }
+  const auto bend2 = [&](std::uint32_t before, std::uint32_t after) {
+    const double cosine = bar_tangent_[before].dot(bar_tangent_[after]);
+    return (1 - cosine) / std::max(1 + cosine, 1e-12);
+  };
+  for (std::uint32_t p = begin + 1; p < last; ++p) bend2_[p] = bend2(p - 1, p);
+  if (model_.periodic[f]) bend2_[begin] = bend2_[last] = bend2(last - 1, begin);
   const auto set = [&](std::uint32_t p, const Vec3& chord) {
     node_tangent_[p] = (1 / chord.norm()) * chord;
   };
@@ -92,18 +101,27 @@ void Engine::refresh_geometry(std::uint32_t f) {
   }
 }
 
-void Engine::search() {
-  const auto start = std::chrono::steady_clock::now();
-  neighbor_search_.build(model_, geometry(), options_.outer_skin, options_.active_x_max, state_.contacts);
-  state_.x_build = state_.x;
-  ++state_.searches;
-  times_.search += seconds_since(start);
-  pick();
-}
-
+/// Picks the contacts that are evaluated, after a search where the list may run out before the next time.
 void Engine::pick() {
   const auto start = std::chrono::steady_clock::now();
-  pick_active(model_, geometry(), options_.skin, state_.contacts);
+  const FiberGeometry g = geometry();
+  NeighborSearch::note_motion(model_, g, state_.x_pick, options_.outer_skin, options_.active_x_max, state_.moved);
+  // Two fibers may each have moved, and may move by half the inner skin until the next pick.
+  const double moved_limit = 0.5 * (options_.outer_skin - options_.skin);
+  const auto moved_max = [&] {
+    double most = 0;
+    for (std::uint32_t p = 0; p < model_.nodes(); ++p) {
+      if (state_.x[p].x() <= options_.active_x_max) most = std::max(most, state_.moved[p]);
+    }
+    return most;
+  };
+  moved_max_ = moved_max();
+  if (moved_max_ > moved_limit) {
+    neighbor_search_.build(model_, g, options_.outer_skin, options_.active_x_max, search_ahead * moved_limit, state_.moved, state_.contacts);
+    ++state_.searches;
+    moved_max_ = moved_max();
+  }
+  pick_active(model_, g, options_.skin, state_.contacts);
   state_.x_pick = state_.x;
   ++state_.picks_of_active;
   times_.search += seconds_since(start);
@@ -223,7 +241,7 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
   PerFiber& sums = per_fiber_[f];
   const double slip = sums.flows.slip;
   sums.stored = {};
-  sums.frequency2 = sums.moved2 = sums.moved_pick2 = sums.speed2 = 0;
+  sums.frequency2 = sums.moved_pick2 = sums.speed2 = 0;
   sums.finite = true;
   const std::uint32_t begin = model_.first[f], last = model_.last(f), end = begin + model_.own_nodes(f);
   const bool closed = model_.periodic[f];
@@ -237,7 +255,6 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
       if (with_energy) sums.stored.flows.reed += 0.5 * work;
       state_.v[p] = drive.reed_velocity;
       state_.x[p] += dt * drive.reed_velocity;
-      sums.moved2 = std::max(sums.moved2, (state_.x[p] - state_.x_build[p]).squaredNorm());
       sums.moved_pick2 = std::max(sums.moved_pick2, (state_.x[p] - state_.x_pick[p]).squaredNorm());
     }
     sums.speed2 = drive.reed_velocity.squaredNorm();
@@ -309,12 +326,9 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
     }
     state_.v[p] = after;
     state_.x[p] += dt * after;
-    const double moved2 = (state_.x[p] - state_.x_build[p]).squaredNorm();
+    const double moved2 = (state_.x[p] - state_.x_pick[p]).squaredNorm();
     if (!(moved2 < 1e12)) sums.finite = false;
-    if (state_.x[p].x() <= options_.active_x_max) {
-      sums.moved2 = std::max(sums.moved2, moved2);
-      sums.moved_pick2 = std::max(sums.moved_pick2, (state_.x[p] - state_.x_pick[p]).squaredNorm());
-    }
+    if (state_.x[p].x() <= options_.active_x_max) sums.moved_pick2 = std::max(sums.moved_pick2, moved2);
     sums.speed2 = std::max(sums.speed2, after.squaredNorm());
   }
   sums.flows.slip = slip + sums.contact.slip_loss;
@@ -450,13 +464,12 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
     *ledger = {};
     ledger->flows = state_.flows;
   }
-  double frequency2 = 0, moved2 = 0, moved_pick2 = 0, speed2 = 0;
+  double frequency2 = 0, moved_pick2 = 0, speed2 = 0;
   bool finite = true;
   for (std::uint32_t f = 0; f < fibers; ++f) {
     const PerFiber& sums = per_fiber_[f];
     state_.flows += sums.flows;
     frequency2 = std::max(frequency2, sums.frequency2);
-    moved2 = std::max(moved2, sums.moved2);
     moved_pick2 = std::max(moved_pick2, sums.moved_pick2);
     speed2 = std::max(speed2, sums.speed2);
     finite = finite && sums.finite;
@@ -488,14 +501,11 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
     return report;
   }
   choose_time_step(frequency2, speed2);
-  if (std::sqrt(moved2) > 0.5 * options_.outer_skin) {
-    search();
-    moved2 = moved_pick2 = 0;
-  } else if (std::sqrt(moved_pick2) > 0.5 * options_.skin) {
+  if (std::sqrt(moved_pick2) > 0.5 * options_.skin) {
     pick();
     moved_pick2 = 0;
   }
-  list_is_late_ = std::sqrt(moved2) > 0.5 * options_.outer_skin || std::sqrt(moved_pick2) > 0.5 * options_.skin;
+  list_is_late_ = std::sqrt(moved_pick2) > 0.5 * options_.skin || 2 * moved_max_ + options_.skin > options_.outer_skin;
   return report;
 }
 

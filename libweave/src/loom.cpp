@@ -143,7 +143,7 @@ void put_together(const Rebuild& r, Model& m, State& s) {
   m = std::move(next);
   s.x = std::move(x);
   s.v = std::move(v);
-  s.x_build.clear();
+  s.moved.clear();
   s.x_pick.clear();
   s.travel.clear();
   s.contacts = std::move(contacts);

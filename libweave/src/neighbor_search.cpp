@@ -130,7 +130,7 @@ void NeighborSearch::bin_segments(const Model& m, const FiberGeometry& g, double
 }
 
 void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::uint32_t fiber, double skin, double active_x_max,
-                                  const ContactList& old, PerFiber& found) const {
+                                  const std::vector<std::uint8_t>& stale, const ContactList& old, PerFiber& found) const {
   found.line.clear();
   found.crossing.clear();
   if (m.role[fiber] == Role::reed) return;
@@ -171,10 +171,41 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
     crossing_distance2.push_back(q.distance2);
   };
 
+  // Reed bars: long and few, so every bar is asked for its distance in the plane normal to it.
+  const auto find_reed = [&](std::uint32_t p) {
+    for (std::uint32_t bar = 0; bar < m.fibers() && m.role[bar] == Role::reed; ++bar) {
+      const std::uint32_t s = m.first[bar];
+      Vec3 r = g.x[p] - g.x[s];
+      const double turns = periodic ? std::round(r.y() / m.period_y) : 0;
+      r.y() -= turns * m.period_y;
+      const double reach = m.pair_law(fiber, bar).reach + skin + bar_fiber;
+      if (r.x() * r.x() + r.y() * r.y() < reach * reach) add_crossing(m.rest_length[p] > 0 ? p : p - 1, s, static_cast<std::int32_t>(turns));
+    }
+  };
+  // The contacts of a node: of its own and at the points of the halves of the bars that meet in it.
+  const auto keep_old = [&](std::uint32_t p) {
+    const auto keep = [&](std::uint32_t bar, bool second_half) {
+      auto o = std::lower_bound(old_begin, old_end, bar, [](const LineContact& c, std::uint32_t node) { return c.node < node; });
+      for (; o != old_end && o->node == bar; ++o) {
+        if ((o->fraction >= 0.5F) == second_half) found.line.push_back(*o);
+      }
+    };
+    keep(p, false);
+    if (p > begin) {
+      keep(p - 1, true);
+    } else if (m.periodic[fiber]) {
+      keep(m.last(fiber) - 1, true);
+    }
+  };
+
   for (std::uint32_t p = begin; p < end; ++p) {
     const Vec3& x = g.x[p];
     if (x.x() > active_x_max) continue;
-    const std::uint32_t own_bar = m.rest_length[p] > 0 ? p : p - 1;
+    if (!stale[p]) {
+      keep_old(p);
+      find_reed(p);
+      continue;
+    }
     std::int32_t wrap = 0;
     Vec3 folded = x;
     if (periodic) {
@@ -278,15 +309,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
         if (near) add_line(contact, nearest);
       }
     }
-    // Reed bars: long and few, so every bar is asked for its distance in the plane normal to it.
-    for (std::uint32_t bar = 0; bar < m.fibers() && m.role[bar] == Role::reed; ++bar) {
-      const std::uint32_t s = m.first[bar];
-      Vec3 r = x - g.x[s];
-      const double turns = periodic ? std::round(r.y() / m.period_y) : 0;
-      r.y() -= turns * m.period_y;
-      const double reach = m.pair_law(fiber, bar).reach + skin + bar_fiber;
-      if (r.x() * r.x() + r.y() * r.y() < reach * reach) add_crossing(own_bar, s, static_cast<std::int32_t>(turns));
-    }
+    find_reed(p);
   }
 
   std::stable_sort(found.line.begin(), found.line.end(), [](const LineContact& a, const LineContact& b) { return a.node < b.node; });
@@ -315,20 +338,65 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
   found.crossing.swap(unique);
 }
 
-void NeighborSearch::build(const Model& m, const FiberGeometry& g, double skin, double active_x_max, ContactList& contacts) {
-  bar_max_ = 0;
-  double radius_max = 0;
+namespace {
+
+struct Reach {
+  double pair = 0, bar = 0;  ///< largest distance of the axes at touch, longest bar [m]
+};
+
+Reach reach_of(const Model& m) {
+  Reach r;
   for (std::uint32_t f = 0; f < m.fibers(); ++f) {
     if (m.role[f] == Role::reed) continue;
-    radius_max = std::max(radius_max, m.type_of(f).radius);
-    for (std::uint32_t s = m.first[f]; s < m.last(f); ++s) bar_max_ = std::max(bar_max_, m.rest_length[s]);
+    r.pair = std::max(r.pair, 2 * m.type_of(f).radius);
+    for (std::uint32_t s = m.first[f]; s < m.last(f); ++s) r.bar = std::max(r.bar, m.rest_length[s]);
   }
-  reach_max_ = 2 * radius_max;
+  return r;
+}
+
+}  // namespace
+
+void NeighborSearch::note_motion(const Model& m, const FiberGeometry& g, std::span<const Vec3> x_before, double skin, double active_x_max,
+                                 std::vector<double>& moved) {
+  const Reach reach = reach_of(m);
+  const double slab = reach.pair + skin + 2 * reach.bar;
+  double low = 1e300, high = -1e300;
+  for (std::uint32_t p = 0; p < m.nodes(); ++p) {
+    if (g.x[p].x() > active_x_max) continue;
+    low = std::min(low, g.x[p].x());
+    high = std::max(high, g.x[p].x());
+  }
+  if (low > high) return;
+  const auto slabs = static_cast<std::size_t>((high - low) / slab) + 1;
+  const auto slab_at = [&](std::uint32_t p) { return static_cast<std::size_t>((g.x[p].x() - low) / slab); };
+  std::vector<double> most(slabs + 2, 0);  // with an empty slab at either end
+  for (std::uint32_t p = 0; p < m.nodes(); ++p) {
+    if (g.x[p].x() > active_x_max) continue;
+    double& s = most[slab_at(p) + 1];
+    s = std::max(s, std::isinf(moved[p]) ? moved[p] : (g.x[p] - x_before[p]).norm());
+  }
+  for (std::uint32_t p = 0; p < m.nodes(); ++p) {
+    if (g.x[p].x() > active_x_max) continue;
+    const std::size_t s = slab_at(p);
+    moved[p] += std::max({most[s], most[s + 1], most[s + 2]});
+  }
+}
+
+void NeighborSearch::build(const Model& m, const FiberGeometry& g, double skin, double active_x_max, double moved_limit,
+                           std::vector<double>& moved, ContactList& contacts) {
+  const Reach longest = reach_of(m);
+  reach_max_ = longest.pair;
+  bar_max_ = longest.bar;
   bin_segments(m, g, cell_share * (reach_max_ + skin + bar_max_), active_x_max);
+  stale_.resize(m.nodes());
+  for (std::uint32_t p = 0; p < m.nodes(); ++p) {
+    stale_[p] = moved[p] > moved_limit && g.x[p].x() <= active_x_max;
+    if (stale_[p]) moved[p] = 0;
+  }
   const auto fibers = static_cast<std::uint32_t>(m.fibers());
   found_.resize(fibers);
 #pragma omp parallel for schedule(dynamic, 1)
-  for (std::uint32_t f = 0; f < fibers; ++f) search_fiber(m, g, f, skin, active_x_max, contacts, found_[f]);
+  for (std::uint32_t f = 0; f < fibers; ++f) search_fiber(m, g, f, skin, active_x_max, stale_, contacts, found_[f]);
 
   contacts.line.clear();
   contacts.crossing.clear();

@@ -63,6 +63,7 @@ struct FiberGeometry {
   std::span<const Vec3> bar_tangent;    ///< unit, from a node to the next
   std::span<const double> bar_length, bar_inverse;  ///< length [m] and 1/length
   std::span<const Vec3> node_tangent;   ///< unit, from the previous to the next node
+  std::span<const double> bend2;        ///< tan^2 of half the angle between the bars that meet in a node; 0 at a fiber's ends
   std::span<const double> travel;       ///< longest way that a node near this one can have gone since the start [m]
 };
 

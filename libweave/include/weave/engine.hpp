@@ -49,7 +49,7 @@ struct StepReport {
 
 struct EngineOptions {
   double skin = 0;             ///< of the contacts that are evaluated [m]
-  double outer_skin = 0;       ///< of the neighbor list that they are picked from; at least `skin` [m]
+  double outer_skin = 0;       ///< of the neighbor list that they are picked from; at least twice `skin` [m]
   double safety = 0.8;         ///< fraction of the stability limit taken as time step
   double time_step = 0;        ///< [s]; 0: from the stability limit
   double time_step_max = 1;    ///< [s]
@@ -66,7 +66,7 @@ struct State {
   double dt_before = 0;    ///< of the last step; 0: none yet, v is at the time of x [s]
   std::vector<Vec3> x;     ///< (nodes) [m]
   std::vector<Vec3> v;     ///< (nodes), half a step behind x [m/s]
-  std::vector<Vec3> x_build;  ///< x at the last neighbor search [m]
+  std::vector<double> moved;  ///< (nodes) farthest that a node near this one can have gone since its neighbor search [m]
   std::vector<Vec3> x_pick;   ///< x when the active contacts were last picked [m]
   std::vector<double> travel;  ///< (nodes) longest way that a node near this one can have gone [m]
   ContactList contacts;
@@ -109,8 +109,7 @@ class Engine {
     Flows flows;
     Ledger stored;
     double frequency2 = 0;      ///< largest stiffness / mass of a node [1/s^2]
-    double moved2 = 0;          ///< largest squared distance from x_build
-    double moved_pick2 = 0;     ///< and from x_pick
+    double moved_pick2 = 0;     ///< largest squared distance from x_pick
     double speed2 = 0;
     bool finite = true;
   };
@@ -127,7 +126,6 @@ class Engine {
   [[nodiscard]] double guide_energy(std::uint32_t fiber, double z) const;
   double hold_in_guides(std::uint32_t fiber, const Drive& drive);
   [[nodiscard]] double axial_damping(const FiberType& type) const;
-  void search();
   void pick();
   /// From the middle of the last step to the middle of the next: for how long the forces at x act on v [s].
   [[nodiscard]] double kick_time() const { return 0.5 * (state_.dt_before + state_.dt); }
@@ -140,9 +138,10 @@ class Engine {
   NeighborSearch neighbor_search_;
   StageTimes times_;
   double step_limit_ = 0;
+  double moved_max_ = 0;       ///< largest of state().moved
   bool list_is_late_ = false;  ///< nodes have moved farther than the contact list in use allows
   std::vector<Vec3> bar_tangent_, node_tangent_, force_, velocity_change_;
-  std::vector<double> bar_length_, bar_inverse_, bar_rate_, bar_energy_, block_speed2_, stiffness_, tension_;
+  std::vector<double> bar_length_, bar_inverse_, bend2_, bar_rate_, bar_energy_, block_speed2_, stiffness_, tension_;
   std::vector<double> diagonal_, upper_, multiplier_, corner_;  ///< of the solve for the bars' tensions
   std::vector<std::uint8_t> slack_;                             ///< per bar
   std::vector<PerFiber> per_fiber_;

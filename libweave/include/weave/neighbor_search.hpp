@@ -1,4 +1,5 @@
 #pragma once
+#include <span>
 #include "weave/contact.hpp"
 
 namespace weave {
@@ -10,12 +11,19 @@ void index_targets(const Model& model, ContactList& contacts);
 /// depend on the number of threads.
 void pick_active(const Model& model, const FiberGeometry& geometry, double skin, ContactList& contacts);
 
-/// Finds all contacts that can come about while no node moves by more than skin/2 (cell grid, periodic in y), and keeps the friction of those
-/// that stood in the old list. Bits do not depend on the number of threads.
+/// Finds all contacts that can come about while no two fibers approach by more than the skin (cell grid, periodic in y), and keeps the
+/// friction of those that stood in the old list. Only nodes around which something has moved are searched anew; cloth at rest costs nothing.
+/// Bits do not depend on the number of threads.
 /// active_x_max: nodes beyond it (the stored warp) touch nothing [m].
 class NeighborSearch {
  public:
-  void build(const Model& model, const FiberGeometry& geometry, double skin, double active_x_max, ContactList& contacts);
+  /// Adds to `moved` (nodes) [m] the farthest that a node near each can have gone from `x_before` to the present: nodes within two slabs of x
+  /// as wide as the reach of the list. Infinite at and around a node that comes into the active part; a new model starts with infinity.
+  static void note_motion(const Model& model, const FiberGeometry& geometry, std::span<const Vec3> x_before, double skin, double active_x_max,
+                          std::vector<double>& moved);
+  /// Searches for the contacts of all nodes that have `moved` farther than `moved_limit` [m] and sets that to zero; other nodes keep theirs.
+  void build(const Model& model, const FiberGeometry& geometry, double skin, double active_x_max, double moved_limit, std::vector<double>& moved,
+             ContactList& contacts);
 
  private:
   struct Bin {
@@ -31,10 +39,11 @@ class NeighborSearch {
   };
   void bin_segments(const Model& model, const FiberGeometry& geometry, double reach, double active_x_max);
   void search_fiber(const Model& model, const FiberGeometry& geometry, std::uint32_t fiber, double skin, double active_x_max,
-                    const ContactList& old, PerFiber& found) const;
+                    const std::vector<std::uint8_t>& stale, const ContactList& old, PerFiber& found) const;
   Bin bins_;
   double bar_max_ = 0, reach_max_ = 0;
   std::vector<PerFiber> found_;
+  std::vector<std::uint8_t> stale_;  ///< per node: to be searched
 };
 
 }  // namespace weave
