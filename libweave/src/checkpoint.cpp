@@ -26,6 +26,55 @@ auto scalars_of(auto& s) {
   return std::array{&s.time, &s.dt, &s.dt_before, &w.slip, &w.damping, &w.axial, &w.guides, &w.tension, &w.reed, &w.heddle, &w.take_up};
 }
 
+/// Calls f with each integer of a contact, const or not, in the order of the file.
+void each_place(auto& c, auto&& f) {
+  if constexpr (requires { c.node; }) {
+    f(c.node);
+    f(c.segment);
+  } else {
+    f(c.segment_a);
+    f(c.segment_b);
+  }
+  f(c.image);
+}
+
+/// And with each of its numbers.
+void each_number(auto& c, auto&& f) {
+  f(c.spring.along);
+  f(c.spring.across);
+  f(c.spring.stiffness);
+  if constexpr (requires { c.fraction; }) {
+    f(c.fraction);
+    f(c.asleep_until);
+  }
+}
+
+template <class Contact>
+void write_contacts(Hdf5File& file, const std::string& path, const std::vector<Contact>& contacts) {
+  std::vector<std::int64_t> places;
+  std::vector<double> numbers;
+  for (const Contact& c : contacts) {
+    each_place(c, [&](auto place) { places.push_back(place); });
+    each_number(c, [&](auto number) { numbers.push_back(number); });
+  }
+  file.write(path, places);
+  file.write(path + "_spring", numbers);
+}
+
+template <class Contact>
+std::vector<Contact> read_contacts(const Hdf5File& file, const std::string& path) {
+  const auto places = file.read<std::int64_t>(path);
+  const auto numbers = file.read<double>(path + "_spring");
+  std::vector<Contact> contacts;
+  std::size_t place = 0, number = 0;
+  while (place < places.size()) {
+    Contact& c = contacts.emplace_back();
+    each_place(c, [&](auto& p) { p = static_cast<std::remove_reference_t<decltype(p)>>(places.at(place++)); });
+    each_number(c, [&](auto& n) { n = static_cast<std::remove_reference_t<decltype(n)>>(numbers.at(number++)); });
+  }
+  return contacts;
+}
+
 template <class To, class From>
 std::vector<To> as(const std::vector<From>& v) {
   std::vector<To> result;
@@ -97,23 +146,9 @@ void write_checkpoint(const std::filesystem::path& path, const Checkpoint& c) {
   file.write("/state/moved", s.moved);
   write_vectors(file, "/state/x_pick", s.x_pick);
   file.write("/state/travel", s.travel);
-  std::vector<std::int64_t> places;
-  std::vector<double> springs;
-  for (const LineContact& k : s.contacts.line) {
-    places.insert(places.end(), {k.node, k.segment, k.image});
-    springs.insert(springs.end(), {k.friction, k.across, k.stiffness, double{k.fraction}, k.asleep_until});
-  }
-  file.write("/contacts/line", places);
-  file.write("/contacts/line_spring", springs);
+  write_contacts(file, "/contacts/line", s.contacts.line);
   file.write("/contacts/line_of", s.contacts.line_of);
-  places.clear();
-  springs.clear();
-  for (const CrossingContact& k : s.contacts.crossing) {
-    places.insert(places.end(), {k.segment_a, k.segment_b, k.image});
-    springs.insert(springs.end(), {k.friction_a, k.friction_b, k.stiffness});
-  }
-  file.write("/contacts/crossing", places);
-  file.write("/contacts/crossing_spring", springs);
+  write_contacts(file, "/contacts/crossing", s.contacts.crossing);
   file.write("/contacts/crossing_of", s.contacts.crossing_of);
   file.write("/contacts/active_line", s.contacts.active_line.number);
   file.write("/contacts/active_line_of", s.contacts.active_line.of);
@@ -154,31 +189,9 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
   s.moved = file.read<double>("/state/moved");
   s.x_pick = read_vectors(file, "/state/x_pick");
   s.travel = file.read<double>("/state/travel");
-  std::vector<std::int64_t> places = file.read<std::int64_t>("/contacts/line");
-  std::vector<double> springs = file.read<double>("/contacts/line_spring");
-  for (std::size_t i = 0; 3 * i < places.size(); ++i) {
-    LineContact& l = s.contacts.line.emplace_back();
-    l.node = static_cast<std::uint32_t>(places[3 * i]);
-    l.segment = static_cast<std::uint32_t>(places[3 * i + 1]);
-    l.image = static_cast<std::int32_t>(places[3 * i + 2]);
-    l.friction = springs[5 * i];
-    l.across = springs[5 * i + 1];
-    l.stiffness = springs[5 * i + 2];
-    l.fraction = static_cast<float>(springs[5 * i + 3]);
-    l.asleep_until = springs[5 * i + 4];
-  }
+  s.contacts.line = read_contacts<LineContact>(file, "/contacts/line");
   s.contacts.line_of = file.read<std::uint32_t>("/contacts/line_of");
-  places = file.read<std::int64_t>("/contacts/crossing");
-  springs = file.read<double>("/contacts/crossing_spring");
-  for (std::size_t i = 0; 3 * i < places.size(); ++i) {
-    CrossingContact& l = s.contacts.crossing.emplace_back();
-    l.segment_a = static_cast<std::uint32_t>(places[3 * i]);
-    l.segment_b = static_cast<std::uint32_t>(places[3 * i + 1]);
-    l.image = static_cast<std::int32_t>(places[3 * i + 2]);
-    l.friction_a = springs[3 * i];
-    l.friction_b = springs[3 * i + 1];
-    l.stiffness = springs[3 * i + 2];
-  }
+  s.contacts.crossing = read_contacts<CrossingContact>(file, "/contacts/crossing");
   s.contacts.crossing_of = file.read<std::uint32_t>("/contacts/crossing_of");
   s.contacts.active_line.number = file.read<std::uint32_t>("/contacts/active_line");
   s.contacts.active_line.of = file.read<std::uint32_t>("/contacts/active_line_of");

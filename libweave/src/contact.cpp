@@ -68,50 +68,88 @@ PolylinePair nearest_on_bars(const FiberGeometry& g, std::uint32_t a, std::uint3
   return {s / la, t / lb, r, r.squaredNorm()};
 }
 
-/// Tangential spring of one contact carried to the new stiffness: force kept while the contact hardens, slip kept while it softens, so that
-/// neither makes energy (Thornton & Randall 1988). Returns the factor for the force.
-double carried_share(double old_stiffness, double new_stiffness) {
-  if (old_stiffness <= 0) return 0;
-  return std::min(new_stiffness / old_stiffness, 1.0);
+double stored_in(const FrictionSpring& f) {
+  return f.stiffness > 0 ? 0.5 * (f.along * f.along + f.across * f.across) / f.stiffness : 0;
 }
 
-double stored_in(const LineContact& c) {
-  return c.stiffness > 0 ? 0.5 * (c.friction * c.friction + c.across * c.across) / c.stiffness : 0;
+void release(FrictionSpring& f, double& lost) {
+  lost += stored_in(f);
+  f = {};
 }
 
-/// Moves the spring of a contact by a slip along the touched bar and across it [m], with Coulomb's cap on the force [N], which across is
-/// c.across * sine. Lost is the work done on the spring, by the trapezoidal rule as the motion has it, that the spring does not store.
-/// The force is kept while the contact hardens, the slip while it softens, so that neither makes energy (Thornton & Randall 1988).
-inline void slide(LineContact& c, double slip, double slip_across, double sine2, double stiffness, double cap, double& lost) {
-  const double softness = c.stiffness > 0 ? 1 / c.stiffness : 0;
-  const double share = c.stiffness > 0 ? std::min(stiffness * softness, 1.0) : 0;
-  double f = c.friction * share - stiffness * slip, a = c.across * share - stiffness * slip_across;
-  const double force2 = f * f + sine2 * a * a;
+/// Relative motion of a contact's two fibers during the last step.
+struct Slip {
+  double along_a = 0, along_b = 0;  ///< of the material of a on b, along a's bar and along b's [m]
+  double cosine = 0;                ///< between the two bars
+  double arm_a = 0, arm_b = 0;      ///< distance / length of the bar: a turning bar slips by the distance from its axis
+  [[nodiscard]] double across() const { return along_a - cosine * along_b; }
+  [[nodiscard]] double sine2() const { return 1 - cosine * cosine; }
+};
+
+/// A place on a bar: its first node and the fraction along it.
+struct Place {
+  std::uint32_t bar;
+  double fraction;
+};
+
+/// Slip of a point of bar a on bar b over a time dt, for the unit normal n from b to a.
+inline Slip slip_of(const FiberGeometry& g, const Place& a, const Place& b, const Vec3& n, double distance, double dt) {
+  const Vec3 &ta = g.bar_tangent[a.bar], &tb = g.bar_tangent[b.bar];
+  const Vec3 dva = g.v[a.bar + 1] - g.v[a.bar], dvb = g.v[b.bar + 1] - g.v[b.bar];
+  const Vec3 relative = g.v[a.bar] + a.fraction * dva - g.v[b.bar] - b.fraction * dvb;
+  Slip slip;
+  slip.arm_a = distance * g.bar_inverse[a.bar];
+  slip.arm_b = distance * g.bar_inverse[b.bar];
+  slip.cosine = ta.dot(tb);
+  slip.along_a = dt * (relative.dot(ta) + slip.arm_a * n.dot(dva));
+  slip.along_b = dt * (relative.dot(tb) + slip.arm_b * n.dot(dvb));
+  return slip;
+}
+
+/// The same for a node of fiber a, which only slips along b: a's fiber runs beside it.
+inline Slip slip_of_node(const FiberGeometry& g, std::uint32_t node, const Place& b, const Vec3& n, double distance, double dt) {
+  const Vec3& tb = g.bar_tangent[b.bar];
+  const Vec3 dvb = g.v[b.bar + 1] - g.v[b.bar];
+  Slip slip;
+  slip.arm_b = distance * g.bar_inverse[b.bar];
+  slip.along_b = dt * ((g.v[node] - g.v[b.bar] - b.fraction * dvb).dot(tb) + slip.arm_b * n.dot(dvb));
+  slip.along_a = slip.along_b;
+  slip.cosine = 1;
+  return slip;
+}
+
+/// Moves a spring by a slip, with Coulomb's cap on the force [N]. Lost is the work done on the spring, by the trapezoidal rule as the motion
+/// has it, that the spring does not store. The force is kept while the contact hardens, the slip while it softens, so that neither makes
+/// energy (Thornton & Randall 1988).
+inline void slide(FrictionSpring& spring, const Slip& slip, double stiffness, double cap, double& lost) {
+  const double softness = spring.stiffness > 0 ? 1 / spring.stiffness : 0;
+  const double share = spring.stiffness > 0 ? std::min(stiffness * softness, 1.0) : 0;
+  double f = spring.along * share - stiffness * slip.along_b, a = spring.across * share - stiffness * slip.across();
+  const double force2 = f * f + slip.sine2() * a * a;
   if (force2 > cap * cap) {
     const double back = cap / std::sqrt(force2);
     f *= back;
     a *= back;
   }
-  lost += 0.5 * ((c.friction * c.friction + c.across * c.across) * softness - (f * f + a * a) / stiffness - (c.friction + f) * slip -
-                 (c.across + a) * slip_across);
-  c.friction = f;
-  c.across = a;
-  c.stiffness = stiffness;
+  lost += 0.5 * ((spring.along * spring.along + spring.across * spring.across) * softness - (f * f + a * a) / stiffness -
+                 (spring.along + f) * slip.along_b - (spring.across + a) * slip.across());
+  spring = {f, a, stiffness};
 }
 
-void release(LineContact& c, double& lost) {
-  if (c.stiffness <= 0) return;
-  lost += stored_in(c);
-  c.friction = c.across = c.stiffness = 0;
+/// Lets a spring go as the fibers part: its force has acted in the first half of the last step.
+void part(FrictionSpring& spring, const Slip& slip, double& lost) {
+  lost -= 0.5 * (spring.along * slip.along_b + spring.across * slip.across());
+  release(spring, lost);
 }
 
-/// |f|^2 of a force in the plane of two unit vectors, cosine c, from its components along them.
-double in_plane_norm2(double fa, double fb, double c) { return (fa * fa + fb * fb - 2 * c * fa * fb) / (1 - c * c); }
+/// Force of a spring on fiber a, and the couples by which it turns the bars: a couple pushes a bar's second node, and the first one back.
+struct Drag {
+  Vec3 force, couple_a, couple_b;
+};
 
-void release(CrossingContact& k, double c, double& lost) {
-  if (k.stiffness <= 0) return;
-  lost += 0.5 * in_plane_norm2(k.friction_a, k.friction_b, c) / k.stiffness;
-  k.friction_a = k.friction_b = k.stiffness = 0;
+inline Drag drag_of(const FrictionSpring& spring, const Slip& slip, const Vec3& ta, const Vec3& tb, const Vec3& n) {
+  const double along_b = spring.along - slip.cosine * spring.across;
+  return {along_b * tb + spring.across * ta, spring.across * slip.arm_a * n, along_b * slip.arm_b * n};
 }
 
 void note_overlap(double ratio, std::uint32_t node, std::uint32_t segment, ContactSums& sums) {
@@ -148,34 +186,6 @@ inline PolylinePoint follow(const Model& m, const FiberGeometry& g, const Vec3& 
   const double distance2 = r.squaredNorm();
   if (!nearest_on_this_bar(g, segment, along, along, distance2)) return walk_to_point(m, g, point, segment, image);
   return {along * g.bar_inverse[segment], r, distance2};
-}
-
-/// Relative motion of a contact's two fibers during the last step.
-struct Slip {
-  double along_a = 0, along_b = 0;  ///< of the material, along the point's own bar and along the touched one [m]
-  double cosine = 0;                ///< between the two
-  double arm_a = 0, arm_b = 0;      ///< distance / length of the bar: a turning bar slips by the distance from its axis
-  [[nodiscard]] double across() const { return along_a - cosine * along_b; }
-  [[nodiscard]] double sine2() const { return 1 - cosine * cosine; }
-};
-
-inline Slip slip_of(const FiberGeometry& g, const LineContact& c, const PolylinePoint& q, const Vec3& n, double distance, bool one_yarn, double dt) {
-  const std::uint32_t p = c.node, s = c.segment;
-  const Vec3& tb = g.bar_tangent[s];
-  const Vec3 dvb = g.v[s + 1] - g.v[s];
-  Vec3 relative = g.v[p] - g.v[s] - q.fraction * dvb;
-  Slip slip;
-  slip.arm_b = distance * g.bar_inverse[s];
-  if (!one_yarn) {
-    const Vec3& ta = g.bar_tangent[p];
-    const Vec3 dva = g.v[p + 1] - g.v[p];
-    relative += double{c.fraction} * dva;
-    slip.arm_a = distance * g.bar_inverse[p];
-    slip.cosine = ta.dot(tb);
-    slip.along_a = dt * (relative.dot(ta) + slip.arm_a * n.dot(dva));
-  }
-  slip.along_b = dt * (relative.dot(tb) + slip.arm_b * n.dot(dvb));
-  return slip;
 }
 
 /// Normal force of a contact, summed over its samples.
@@ -281,7 +291,7 @@ void line_contact(const Target& at, LineContact& c, std::span<Reaction, 2> react
   const bool one_yarn = meets_at_nodes(m, at.fiber, other);
   // Half of the pair's length; the other half comes from the other fiber's points.
   const double weight = 0.5 * (one_yarn ? m.tributary[p] : m.point_length[at.fiber]);
-  if (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.segment, c.image)) return release(c, sums.slip_loss);
+  if (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.segment, c.image)) return release(c.spring, sums.slip_loss);
   const double near = (one_yarn ? 1 : near_touch) * law.reach;
   NormalSum normal;
   if (q.distance2 < near * near) {
@@ -292,7 +302,7 @@ void line_contact(const Target& at, LineContact& c, std::span<Reaction, 2> react
     }
   }
   const bool touches = normal.stiffness > 0;
-  if (!touches && c.stiffness <= 0) {
+  if (!touches && c.spring.stiffness <= 0) {
     if (q.distance2 < near_touch * near_touch * law.reach * law.reach) {
       const double k = weight * law.line_stiffness(touch_overlap * law.reach);
       at.stiffness[p] += k;
@@ -306,30 +316,20 @@ void line_contact(const Target& at, LineContact& c, std::span<Reaction, 2> react
   if (m.friction > 0) {
     const double distance = std::sqrt(q.distance2);
     const Vec3 n = (1 / std::max(distance, 1e-3 * law.reach)) * q.separation;
-    const Slip slip = slip_of(g, c, q, n, distance, one_yarn, at.dt);
-    if (!touches) {
-      sums.slip_loss -= 0.5 * (c.friction * slip.along_b + c.across * slip.across());  // of the last step, which ends without force
-      return release(c, sums.slip_loss);
-    }
-    slide(c, slip.along_b, one_yarn ? 0 : slip.across(), one_yarn ? 0 : slip.sine2(), m.friction * normal.stiffness, m.friction * normal.force,
-          sums.slip_loss);
-    const double along_b = c.friction - slip.cosine * c.across, eta = c.fraction;
-    Vec3 drag = along_b * g.bar_tangent[c.segment];
-    const Vec3 couple_b = along_b * slip.arm_b * n;
-    if (!one_yarn) {
-      drag += c.across * g.bar_tangent[p];
-      const Vec3 couple_a = c.across * slip.arm_a * n;
-      normal.on_first -= couple_a;
-      normal.on_second += couple_a;
-    }
-    normal.on_first += (1 - eta) * drag;
-    normal.on_second += eta * drag;
+    const Place on_b{c.segment, q.fraction};
+    const Slip slip = one_yarn ? slip_of_node(g, p, on_b, n, distance, at.dt) : slip_of(g, {p, c.fraction}, on_b, n, distance, at.dt);
+    if (!touches) return part(c.spring, slip, sums.slip_loss);
+    slide(c.spring, slip, m.friction * normal.stiffness, m.friction * normal.force, sums.slip_loss);
+    const Drag drag = drag_of(c.spring, slip, g.bar_tangent[p], g.bar_tangent[c.segment], n);
+    const double eta = c.fraction;
+    normal.on_first += (1 - eta) * drag.force - drag.couple_a;
+    normal.on_second += eta * drag.force + drag.couple_a;
     normal.bound += m.friction * normal.stiffness;
     if (!reaction[0].active) reaction[0] = {Vec3::Zero(), Vec3::Zero(), 0, c.segment, true};
-    reaction[0].on_first -= (1 - q.fraction) * drag + couple_b;
-    reaction[0].on_second -= q.fraction * drag - couple_b;
+    reaction[0].on_first -= (1 - q.fraction) * drag.force + drag.couple_b;
+    reaction[0].on_second -= q.fraction * drag.force - drag.couple_b;
     reaction[0].stiffness += m.friction * normal.stiffness;
-    if (at.with_energy) sums.friction_store += stored_in(c);
+    if (at.with_energy) sums.friction_store += stored_in(c.spring);
   }
   at.force[p] += normal.on_first;
   if (one_yarn) {
@@ -356,7 +356,7 @@ void node_contact(const Target& at, LineContact& c, Reaction& reaction, ContactS
   const Vec3 to_p = r - r.dot(g.node_tangent[p]) * g.node_tangent[p];
   const Vec3 to_q = r - r.dot(g.node_tangent[other]) * g.node_tangent[other];
   const double distance = to_p.norm();
-  if (distance >= law.reach) return release(c, sums.slip_loss);
+  if (distance >= law.reach) return release(c.spring, sums.slip_loss);
   const double overlap = law.reach - distance;
   note_overlap(overlap / law.reach, p, s, sums);
   ++sums.touching;
@@ -367,9 +367,10 @@ void node_contact(const Target& at, LineContact& c, Reaction& reaction, ContactS
   Vec3 on_other = -fn / std::max(to_q.norm(), 1e-3 * law.reach) * to_q;
   if (m.friction > 0) {
     const Vec3& t = g.node_tangent[other];
-    slide(c, (g.v[p] - g.v[other]).dot(t) * at.dt, 0, 0, m.friction * kn, m.friction * fn, sums.slip_loss);
-    on_node += c.friction * t;
-    on_other -= c.friction * t;
+    const double slip = (g.v[p] - g.v[other]).dot(t) * at.dt;
+    slide(c.spring, {.along_a = slip, .along_b = slip, .cosine = 1}, m.friction * kn, m.friction * fn, sums.slip_loss);
+    on_node += c.spring.along * t;
+    on_other -= c.spring.along * t;
   }
   const double k = kn * (1 + overlap / law.reach + m.friction);
   at.force[p] += on_node;
@@ -386,58 +387,32 @@ void crossing_contact(const Target& at, CrossingContact& k, Reaction& reaction, 
   const PolylinePair q = walk_to_pair(m, g, k.segment_a, k.segment_b, k.image);
   const std::uint32_t a = k.segment_a, b = k.segment_b;
   const PairLaw& law = m.pair_law(at.fiber, m.fiber_of[b]);
-  const Vec3& ta = g.bar_tangent[a];
-  const Vec3& tb = g.bar_tangent[b];
-  const double c = ta.dot(tb);
-  if (q.distance2 >= law.reach * law.reach) return release(k, c, sums.slip_loss);
-  const double distance = std::sqrt(q.distance2);
+  if (q.distance2 >= law.reach * law.reach && k.spring.stiffness <= 0) return;
+  const double distance = std::sqrt(q.distance2), s = q.fraction_a, t = q.fraction_b;
   const Vec3 n = q.separation / std::max(distance, 1e-3 * law.reach);
+  const Slip slip = slip_of(g, {a, s}, {b, t}, n, distance, at.dt);
+  if (distance >= law.reach) return part(k.spring, slip, sums.slip_loss);
   const double overlap = law.reach - distance;
   note_overlap(overlap / law.reach, a, b, sums);
   ++sums.touching;
   const double fn = law.crossing_force(overlap);
   const double kn = law.crossing_stiffness(overlap);
-  const double s = q.fraction_a, t = q.fraction_b;
-  const double inverse_a = 1 / g.bar_length[a], inverse_b = 1 / g.bar_length[b];
 
-  Vec3 pull = fn * n;  // on fiber a at the contact
-  Vec3 couple_a = Vec3::Zero(), couple_b = Vec3::Zero();
+  Drag drag{fn * n, Vec3::Zero(), Vec3::Zero()};  // with the normal force
   if (m.friction > 0) {
-    const double kt = m.friction * kn;
-    const Vec3 dva = g.v[a + 1] - g.v[a], dvb = g.v[b + 1] - g.v[b];
-    const Vec3 relative = g.v[a] + s * dva - g.v[b] - t * dvb;
-    const double arm_a = distance * inverse_a, arm_b = distance * inverse_b;
-    const double before_a = k.friction_a, before_b = k.friction_b;
-    const double store = k.stiffness > 0 ? 0.5 * in_plane_norm2(before_a, before_b, c) / k.stiffness : 0;
-    const double factor = carried_share(k.stiffness, kt);
-    const double slip_a = at.dt * (relative.dot(ta) + arm_a * n.dot(dva)), slip_b = at.dt * (relative.dot(tb) + arm_b * n.dot(dvb));
-    double fa = before_a * factor - kt * slip_a, fb = before_b * factor - kt * slip_b;
-    const double cap = m.friction * fn;
-    const double norm = std::sqrt(in_plane_norm2(fa, fb, c));
-    if (norm > cap) {
-      fa *= cap / norm;
-      fb *= cap / norm;
-    }
-    k.friction_a = fa;
-    k.friction_b = fb;
-    k.stiffness = kt;
-    const double share_a = (fa - c * fb) / (1 - c * c), share_b = (fb - c * fa) / (1 - c * c);
-    const double mean_a = 0.5 * (share_a + (before_a - c * before_b) / (1 - c * c));
-    const double mean_b = 0.5 * (share_b + (before_b - c * before_a) / (1 - c * c));
-    sums.slip_loss += store - 0.5 * in_plane_norm2(fa, fb, c) / kt - mean_a * slip_a - mean_b * slip_b;  // as in `slide`
-    pull += share_a * ta + share_b * tb;
-    couple_a = share_a * arm_a * n;
-    couple_b = share_b * arm_b * n;
+    slide(k.spring, slip, m.friction * kn, m.friction * fn, sums.slip_loss);
+    drag = drag_of(k.spring, slip, g.bar_tangent[a], g.bar_tangent[b], n);
+    drag.force += fn * n;
   }
   const double stiffness = kn * (1 + overlap / law.reach) + m.friction * kn;
-  at.force[a] += (1 - s) * pull - couple_a;
-  at.force[a + 1] += s * pull + couple_a;
+  at.force[a] += (1 - s) * drag.force - drag.couple_a;
+  at.force[a + 1] += s * drag.force + drag.couple_a;
   at.stiffness[a] += (1 - s) * stiffness;
   at.stiffness[a + 1] += s * stiffness;
-  reaction = {-(1 - t) * pull - couple_b, -t * pull + couple_b, stiffness, b, true};
+  reaction = {-(1 - t) * drag.force - drag.couple_b, -t * drag.force + drag.couple_b, stiffness, b, true};
   if (at.with_energy) {
     sums.energy += law.crossing_energy(overlap);
-    if (k.stiffness > 0) sums.friction_store += 0.5 * in_plane_norm2(k.friction_a, k.friction_b, c) / k.stiffness;
+    sums.friction_store += stored_in(k.spring);
   }
 }
 
@@ -453,7 +428,7 @@ void add_reaction(const Reaction& r, std::span<Vec3> force, std::span<double> st
 }  // namespace
 
 void let_sleep(const Model& m, const FiberGeometry& g, std::uint32_t fiber, double distance, LineContact& c) {
-  if (m.node_contact || c.stiffness > 0) return;
+  if (m.node_contact || c.spring.stiffness > 0) return;
   c.asleep_until = g.travel[c.node] + g.travel[c.segment] + distance - near_touch * m.pair_law(fiber, m.fiber_of[c.segment]).reach;
 }
 

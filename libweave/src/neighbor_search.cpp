@@ -151,7 +151,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
     let_sleep(m, g, fiber, std::sqrt(distance2), contact);
     auto o = std::lower_bound(old_begin, old_end, contact.node, [](const LineContact& c, std::uint32_t node) { return c.node < node; });
     for (; o != old_end && o->node == contact.node; ++o) {
-      if (o->stiffness > 0 && same_line(m, *o, contact)) {
+      if (o->spring.stiffness > 0 && same_line(m, *o, contact)) {
         contact = *o;  // with the bar it had followed
         break;
       }
@@ -276,7 +276,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
       const double reach = m.pair_law(fiber, run.front().fiber).reach + skin;
       if (meets_at_nodes(m, fiber, run.front().fiber)) {
         const Candidate& c = candidates[best];
-        if (c.distance2 < reach * reach) add_line({p, c.segment, c.image}, c.distance2);
+        if (c.distance2 < reach * reach) add_line({.node = p, .segment = c.segment, .image = c.image, .spring = {}}, c.distance2);
         continue;
       }
       // The points on the halves of the two bars that meet in p.
@@ -330,7 +330,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
         const std::size_t place = o - old.crossing_of[fiber];
         if (taken[place] || !same_crossing(m, old.crossing[o], k)) continue;
         taken[place] = true;
-        if (old.crossing[o].stiffness > 0) k = old.crossing[o];
+        if (old.crossing[o].spring.stiffness > 0) k = old.crossing[o];
         break;
       }
     }
@@ -436,7 +436,7 @@ void pick_active(const Model& m, const FiberGeometry& g, double skin, ContactLis
       // Two that have come to the same place are one: the one that has been touching stays.
       for (std::uint32_t o = contacts.crossing_of[f]; near && o < i; ++o) {
         if (keep_crossing[o] && same_place(m, contacts.crossing[o], c)) {
-          if (c.stiffness > contacts.crossing[o].stiffness) std::swap(c, contacts.crossing[o]);
+          if (c.spring.stiffness > contacts.crossing[o].spring.stiffness) std::swap(c, contacts.crossing[o]);
           near = false;
         }
       }

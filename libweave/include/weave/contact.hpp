@@ -7,6 +7,13 @@
 
 namespace weave {
 
+/// Tangential spring of a contact of fiber a on fiber b. Its force on a is along t_b + across (t_a - (t_a.t_b) t_b), with the tangents t.
+struct FrictionSpring {
+  double along = 0;      ///< [N]
+  double across = 0;     ///< [N]
+  double stiffness = 0;  ///< at the last step [N/m]; 0: was apart
+};
+
 /// Point of one fiber against the closest point of another fiber's poly-line: the line contact of the pair, integrated at points along both
 /// fibers. Fibers of one yarn run side by side and their nodes are points enough; fibers of different yarns may cross, so there the points
 /// are not farther apart than half a diameter, and the law is sampled an eighth of a diameter apart around each that is near a touch.
@@ -17,9 +24,7 @@ struct LineContact {
   std::uint32_t segment = 0;  ///< first node of the touched bar; follows the closest point from step to step
   std::int32_t image = 0;     ///< the touched fiber is shifted by image * period_y
   float fraction = 0;         ///< of the point along its bar; 0 for the node itself
-  double friction = 0;        ///< tangential force on the point along the touched bar [N]
-  double across = 0;          ///< force conjugate to the slip along the point's own bar less its share along the touched one [N]
-  double stiffness = 0;       ///< tangential stiffness at the last step [N/m]; 0: was apart
+  FrictionSpring spring;      ///< of the point's own bar on the touched one
   double asleep_until = 0;    ///< travel of the two bars, summed, before which they can not come near a touch [m]
 };
 
@@ -27,8 +32,7 @@ struct LineContact {
 struct CrossingContact {
   std::uint32_t segment_a = 0, segment_b = 0;
   std::int32_t image = 0;
-  double friction_a = 0, friction_b = 0;  ///< components of the force on the fiber along the tangents of fiber and bar [N]
-  double stiffness = 0;
+  FrictionSpring spring;
 };
 
 /// Reaction of one contact on the touched fiber, gathered later by that fiber's owner.
