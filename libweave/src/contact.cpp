@@ -1,6 +1,7 @@
 #include "weave/contact.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -284,7 +285,6 @@ inline NormalSum push_samples(const Target& at, const LineContact& c, const Pair
 void line_contact(const Target& at, LineContact& c, std::span<Reaction, 2> reaction, ContactSums& sums) {
   const Model& m = at.model;
   const FiberGeometry& g = at.g;
-  reaction[0].active = reaction[1].active = false;
   const std::uint32_t p = c.node, other = m.fiber_of[c.segment];
   const PairLaw& law = m.pair_law(at.fiber, other);
   const PolylinePoint q = follow(m, g, contact_point(g, c), c.segment, c.image);
@@ -346,7 +346,6 @@ void line_contact(const Target& at, LineContact& c, std::span<Reaction, 2> react
 void node_contact(const Target& at, LineContact& c, Reaction& reaction, ContactSums& sums) {
   const Model& m = at.model;
   const FiberGeometry& g = at.g;
-  reaction.active = false;
   const PolylinePoint q = walk_to_point(m, g, g.x[c.node], c.segment, c.image);
   const PairLaw& law = m.pair_law(at.fiber, m.fiber_of[c.segment]);
   const std::uint32_t p = c.node, s = c.segment;
@@ -383,7 +382,6 @@ void node_contact(const Target& at, LineContact& c, Reaction& reaction, ContactS
 void crossing_contact(const Target& at, CrossingContact& k, Reaction& reaction, ContactSums& sums) {
   const Model& m = at.model;
   const FiberGeometry& g = at.g;
-  reaction.active = false;
   const PolylinePair q = walk_to_pair(m, g, k.segment_a, k.segment_b, k.image);
   const std::uint32_t a = k.segment_a, b = k.segment_b;
   const PairLaw& law = m.pair_law(at.fiber, m.fiber_of[b]);
@@ -417,7 +415,6 @@ void crossing_contact(const Target& at, CrossingContact& k, Reaction& reaction, 
 }
 
 void add_reaction(const Reaction& r, std::span<Vec3> force, std::span<double> stiffness) {
-  if (!r.active) return;
   force[r.segment] += r.on_first;
   force[r.segment + 1] += r.on_second;
   // Shares of the stiffness follow the force; the larger one bounds both within a factor of two.
@@ -493,20 +490,34 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
                               ContactList& contacts, std::span<Vec3> force, std::span<double> stiffness) {
   ContactSums sums;
   const Target at{model, geometry, fiber, dt, with_energy, force, stiffness};
+  std::array<Reaction, 2> reaction;
+  const auto keep = [&](ActiveContacts& active, std::uint32_t i) {
+    active.reacts[i] = 0;
+    for (std::uint32_t k = 0; k < 2; ++k) {
+      if (!reaction[k].active) continue;
+      active.reacts[i] |= static_cast<std::uint8_t>(1U << k);
+      active.reaction[2 * i + k] = reaction[k];
+      reaction[k].active = false;
+    }
+  };
   ActiveContacts& lines = contacts.active_line;
   for (std::uint32_t i = lines.of[fiber]; i < lines.of[fiber + 1]; ++i) {
     LineContact& contact = contacts.line[lines.number[i]];
     if (geometry.travel[contact.node] + geometry.travel[contact.segment] < contact.asleep_until) {
-      lines.reaction[2 * i].active = lines.reaction[2 * i + 1].active = false;
-    } else if (model.node_contact) {
-      node_contact(at, contact, lines.reaction[2 * i], sums);
-    } else {
-      line_contact(at, contact, std::span<Reaction, 2>(&lines.reaction[2 * i], 2), sums);
+      lines.reacts[i] = 0;
+      continue;
     }
+    if (model.node_contact) {
+      node_contact(at, contact, reaction[0], sums);
+    } else {
+      line_contact(at, contact, reaction, sums);
+    }
+    keep(lines, i);
   }
   ActiveContacts& crossings = contacts.active_crossing;
   for (std::uint32_t i = crossings.of[fiber]; i < crossings.of[fiber + 1]; ++i) {
-    crossing_contact(at, contacts.crossing[crossings.number[i]], crossings.reaction[2 * i], sums);
+    crossing_contact(at, contacts.crossing[crossings.number[i]], reaction[0], sums);
+    keep(crossings, i);
   }
   return sums;
 }
@@ -514,9 +525,10 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
 void gather_reactions(const ContactList& contacts, std::uint32_t fiber, std::span<Vec3> force, std::span<double> stiffness) {
   for (const ActiveContacts* active : {&contacts.active_line, &contacts.active_crossing}) {
     for (std::uint32_t i = active->target_of[fiber]; i < active->target_of[fiber + 1]; ++i) {
-      const std::size_t slot = 2 * std::size_t{active->target[i]};
-      add_reaction(active->reaction[slot], force, stiffness);
-      add_reaction(active->reaction[slot + 1], force, stiffness);
+      const std::uint32_t contact = active->target[i];
+      for (std::uint32_t k = 0; k < 2; ++k) {
+        if (active->reacts[contact] >> k & 1U) add_reaction(active->reaction[2 * contact + k], force, stiffness);
+      }
     }
   }
 }

@@ -459,6 +459,7 @@ void pick_active(const Model& m, const FiberGeometry& g, double skin, ContactLis
 
 void index_targets(const Model& m, ContactList& contacts) {
   const auto index = [&](ActiveContacts& active, auto&& touched_bar) {
+    active.reacts.assign(active.number.size(), 0);
     active.reaction.resize(2 * active.number.size());
     sort_targets(m.fibers(), active.number.size(), [&](std::size_t i) { return m.fiber_of[touched_bar(active.number[i])]; }, active.target_of,
                  active.target);

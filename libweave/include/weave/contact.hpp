@@ -49,6 +49,7 @@ struct ActiveContacts {
   std::vector<std::uint32_t> of;         ///< those of fiber f: of[f] ... of[f+1]-1
   std::vector<std::uint32_t> target;     ///< touched side: places in `number` by touched fiber, rising
   std::vector<std::uint32_t> target_of;  ///< as of
+  std::vector<std::uint8_t> reacts;      ///< for each of `number`: bit k set if its reaction k is not zero
   std::vector<Reaction> reaction;        ///< two for each of `number`: on the bar at hand and on one beside it
 };
 
