@@ -282,7 +282,17 @@ inline NormalSum push_samples(const Target& at, const LineContact& c, const Pair
   return sum;
 }
 
-void line_contact(const Target& at, LineContact& c, std::span<Reaction, 2> reaction, ContactSums& sums) {
+/// Whether two contacts of one point, each followed along a bent fiber from a place of its own, have met: then the first counts alone.
+bool have_met(const Model& m, const LineContact& a, const LineContact& b) {
+  const std::uint32_t f = m.fiber_of[a.segment];
+  if (a.node != b.node || a.fraction != b.fraction || f != m.fiber_of[b.segment]) return false;
+  if (!m.periodic[f] && a.image != b.image) return false;
+  const std::int64_t bars = static_cast<std::int64_t>(a.segment) - b.segment + static_cast<std::int64_t>(a.image - b.image) * m.own_nodes(f);
+  return std::abs(bars) <= 1;
+}
+
+/// `before`: the contact evaluated before this one, or none.
+void line_contact(const Target& at, LineContact& c, const LineContact* before, std::span<Reaction, 2> reaction, ContactSums& sums) {
   const Model& m = at.model;
   const FiberGeometry& g = at.g;
   const std::uint32_t p = c.node, other = m.fiber_of[c.segment];
@@ -291,6 +301,7 @@ void line_contact(const Target& at, LineContact& c, std::span<Reaction, 2> react
   const bool one_yarn = meets_at_nodes(m, at.fiber, other);
   // Half of the pair's length; the other half comes from the other fiber's points.
   const double weight = 0.5 * (one_yarn ? m.tributary[p] : m.point_length[at.fiber]);
+  if (before != nullptr && have_met(m, *before, c)) return release(c.spring, sums.slip_loss);
   if (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.segment, c.image)) return release(c.spring, sums.slip_loss);
   const double near = (one_yarn ? 1 : near_touch) * law.reach;
   NormalSum normal;
@@ -501,6 +512,7 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
     }
   };
   ActiveContacts& lines = contacts.active_line;
+  const LineContact* before = nullptr;
   for (std::uint32_t i = lines.of[fiber]; i < lines.of[fiber + 1]; ++i) {
     LineContact& contact = contacts.line[lines.number[i]];
     if (geometry.travel[contact.node] + geometry.travel[contact.segment] < contact.asleep_until) {
@@ -510,7 +522,8 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
     if (model.node_contact) {
       node_contact(at, contact, reaction[0], sums);
     } else {
-      line_contact(at, contact, reaction, sums);
+      line_contact(at, contact, before, reaction, sums);
+      before = &contact;
     }
     keep(lines, i);
   }

@@ -10,6 +10,8 @@ namespace {
 
 /// Cell size over the distance that is searched: smaller cells follow the searched ball more closely.
 constexpr double cell_share = 0.35;
+/// A contact found anew goes on with the friction of an old one of the same point and fiber if their touched bars are not farther apart.
+constexpr int old_place_limit = 2;
 
 struct Candidate {
   std::uint32_t fiber;
@@ -17,7 +19,6 @@ struct Candidate {
   std::int64_t chain;      ///< number of the bar along the chain
   std::uint32_t segment;
   std::int32_t image;
-  double distance2;
 };
 
 int wrapped_difference(std::int64_t a, std::int64_t b, std::int64_t period) {
@@ -28,11 +29,13 @@ int wrapped_difference(std::int64_t a, std::int64_t b, std::int64_t period) {
 
 std::int64_t chain_period(const Model& m, std::uint32_t fiber) { return m.periodic[fiber] ? m.own_nodes(fiber) : 0; }
 
-bool same_line(const Model& m, const LineContact& a, const LineContact& b) {
+/// Bars between the touched bars of two contacts of one point with one fiber; a large number if they are not that.
+int bars_between(const Model& m, const LineContact& a, const LineContact& b) {
   const std::uint32_t f = m.fiber_of[a.segment];
-  if (a.node != b.node || a.fraction != b.fraction || f != m.fiber_of[b.segment]) return false;
-  if (!m.periodic[f] && a.image != b.image) return false;
-  return wrapped_difference(a.segment, b.segment, chain_period(m, f)) <= 2;
+  constexpr int other = 1000;
+  if (a.node != b.node || a.fraction != b.fraction || f != m.fiber_of[b.segment]) return other;
+  if (!m.periodic[f] && a.image != b.image) return other;
+  return wrapped_difference(a.segment, b.segment, chain_period(m, f));
 }
 
 bool same_crossing(const Model& m, const CrossingContact& a, const CrossingContact& b) {
@@ -147,16 +150,35 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
   std::vector<double> crossing_distance2;  // of found.crossing
   const auto old_begin = old.line.begin() + (old.line_of.empty() ? 0 : old.line_of[fiber]);
   const auto old_end = old.line.begin() + (old.line_of.empty() ? 0 : old.line_of[fiber + 1]);
+  std::vector<std::uint8_t> taken(static_cast<std::size_t>(old_end - old_begin), 0);
   const auto add_line = [&](LineContact contact, double distance2) {
     let_sleep(m, g, fiber, std::sqrt(distance2), contact);
     auto o = std::lower_bound(old_begin, old_end, contact.node, [](const LineContact& c, std::uint32_t node) { return c.node < node; });
+    auto same = old_end;
+    int apart = old_place_limit + 1;
     for (; o != old_end && o->node == contact.node; ++o) {
-      if (o->spring.stiffness > 0 && same_line(m, *o, contact)) {
-        contact = *o;  // with the bar it had followed
-        break;
-      }
+      if (o->spring.stiffness <= 0 || taken[static_cast<std::size_t>(o - old_begin)]) continue;
+      const int bars = bars_between(m, *o, contact);
+      if (bars >= apart) continue;
+      apart = bars;
+      same = o;
+    }
+    if (same != old_end) {
+      contact = *same;  // with the bar it had followed
+      taken[static_cast<std::size_t>(same - old_begin)] = 1;
     }
     found.line.push_back(contact);
+  };
+  // A bent fiber may be near a point at several places, which become contacts of their own: bars nearer than the one before and after.
+  std::vector<double> bar_distance2;
+  const auto each_place = [&](const Vec3& point, std::span<const Candidate> run, double reach, auto&& add) {
+    bar_distance2.clear();
+    for (const Candidate& c : run) bar_distance2.push_back(distance2_to_bar(g, point - Vec3(0, c.image * m.period_y, 0), c.segment));
+    for (std::size_t i = 0; i < run.size(); ++i) {
+      const double here = bar_distance2[i];
+      if (here >= reach * reach || (i > 0 && here >= bar_distance2[i - 1]) || (i + 1 < run.size() && here > bar_distance2[i + 1])) continue;
+      add(run[i], here);
+    }
   };
 
   const auto add_crossing = [&](std::uint32_t segment_a, std::uint32_t segment_b, std::int32_t image) {
@@ -255,7 +277,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
           const bool closed = m.periodic[other];
           const std::int64_t chain = static_cast<std::int64_t>(s) - m.first[other] + (closed ? static_cast<std::int64_t>(image) * m.own_nodes(other) : 0);
           if (other == fiber && within_own_bend(m, fiber, p, s, image)) continue;
-          candidates.push_back({other, closed ? 0 : image, chain, s, image, d2});
+          candidates.push_back({other, closed ? 0 : image, chain, s, image});
         }
       }
     }
@@ -265,18 +287,18 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
       return a.chain < b.chain;
     });
     for (std::size_t i = 0; i < candidates.size();) {
-      std::size_t j = i + 1, best = i;
+      std::size_t j = i + 1;
       while (j < candidates.size() && candidates[j].fiber == candidates[i].fiber && candidates[j].image_key == candidates[i].image_key &&
              candidates[j].chain <= candidates[j - 1].chain + 1) {
-        if (candidates[j].distance2 < candidates[best].distance2) best = j;
         ++j;
       }
       const std::span<const Candidate> run(candidates.data() + i, j - i);
       i = j;
       const double reach = m.pair_law(fiber, run.front().fiber).reach + skin;
       if (meets_at_nodes(m, fiber, run.front().fiber)) {
-        const Candidate& c = candidates[best];
-        if (c.distance2 < reach * reach) add_line({.node = p, .segment = c.segment, .image = c.image, .spring = {}}, c.distance2);
+        each_place(x, run, reach, [&](const Candidate& c, double d2) {
+          add_line({.node = p, .segment = c.segment, .image = c.image, .spring = {}}, d2);
+        });
         continue;
       }
       // The points on the halves of the two bars that meet in p.
@@ -296,17 +318,11 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
           seam = p > begin ? 0 : 1;
           point = contact_point(g, contact) - Vec3(0, seam * m.period_y, 0);
         }
-        double nearest = reach * reach;
-        bool near = false;
-        for (const Candidate& c : run) {
-          const double d2 = distance2_to_bar(g, point - Vec3(0, c.image * m.period_y, 0), c.segment);
-          if (d2 >= nearest) continue;
-          nearest = d2;
-          near = true;
+        each_place(point, run, reach, [&](const Candidate& c, double d2) {
           contact.segment = c.segment;
           contact.image = c.image + seam;
-        }
-        if (near) add_line(contact, nearest);
+          add_line(contact, d2);
+        });
       }
     }
     find_reed(p);
@@ -324,12 +340,12 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
     if (std::none_of(unique.begin(), unique.end(), [&](const CrossingContact& u) { return same_place(m, u, k); })) unique.push_back(k);
   }
   if (!old.crossing_of.empty()) {
-    std::vector<bool> taken(old.crossing_of[fiber + 1] - old.crossing_of[fiber]);
+    std::vector<bool> gone_on(old.crossing_of[fiber + 1] - old.crossing_of[fiber]);
     for (CrossingContact& k : unique) {
       for (std::uint32_t o = old.crossing_of[fiber]; o < old.crossing_of[fiber + 1]; ++o) {
         const std::size_t place = o - old.crossing_of[fiber];
-        if (taken[place] || !same_crossing(m, old.crossing[o], k)) continue;
-        taken[place] = true;
+        if (gone_on[place] || !same_crossing(m, old.crossing[o], k)) continue;
+        gone_on[place] = true;
         if (old.crossing[o].spring.stiffness > 0) k = old.crossing[o];
         break;
       }

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <tuple>
@@ -23,10 +24,14 @@ double distance_to_fiber(const Model& m, const std::vector<Vec3>& x, const Vec3&
   return least;
 }
 
-/// Compares an engine's list with all pairs of points and fibers, and returns how many touch. A closed fiber's images are one endless chain:
-/// its place nearest to a point counts once. A contact that has been followed for a while may stand at another of a bent fiber's near places
-/// than the nearest, so distances are compared for a fresh list only.
-int compare_with_brute_force(const weave::Engine& engine, bool fresh) {
+struct Comparison {
+  int touching = 0;
+  int nearer = 0;  ///< of these, points that the fiber is nearer to at another place than those in the list
+};
+
+/// Compares an engine's list with all pairs of points and fibers: every pair that touches must be in it. A closed fiber's images are one endless chain:
+/// its place nearest to a point counts once.
+void compare_with_brute_force(const weave::Engine& engine, Comparison& result) {
   const Model& m = engine.model();
   const weave::FiberGeometry g = engine.geometry();
   const int reach_of_images = m.period_y > 0 ? images : 0;
@@ -40,7 +45,6 @@ int compare_with_brute_force(const weave::Engine& engine, bool fresh) {
     listed[{c.node, c.fraction, f, m.periodic[f] ? 0 : image}].push_back(distance);
   }
 
-  int touching = 0;
   for (std::uint32_t f = 0; f < m.fibers(); ++f) {
     for (std::uint32_t b = 0; b < m.fibers(); ++b) {
       const bool nodes = meets_at_nodes(m, f, b);
@@ -60,24 +64,28 @@ int compare_with_brute_force(const weave::Engine& engine, bool fresh) {
           }
           for (const auto& [k, d] : by_image) {
             if (d >= m.pair_law(f, b).reach) continue;
-            ++touching;
+            ++result.touching;
             const auto found = listed.find({p, at.fraction, b, k});
             const std::vector<double> distances = found == listed.end() ? std::vector<double>{} : found->second;
-            EXPECT_EQ(distances.size(), 1) << "point " << at.fraction << " of bar " << p << " of fiber " << f << ", fiber " << b
-                                           << ", image " << k << ", distance " << d;
-            if (fresh && distances.size() == 1) {
-              EXPECT_NEAR(distances[0], d, 1e-9 * m.types[0].radius);  // a tie within round-off may go to the next bar
-            }
+            // A bent fiber may be near at several places; the nearest counts here.
+            ASSERT_FALSE(distances.empty()) << "point " << at.fraction << " of bar " << p << " of fiber " << f << ", fiber " << b << ", image " << k
+                                            << ", distance " << d;
+            const double nearest = *std::min_element(distances.begin(), distances.end());
+            result.nearer += nearest > d + 1e-9 * m.types[0].radius;  // a tie within round-off may go to the next bar
           }
         }
       }
     }
   }
-  return touching;
 }
 
-/// The same for a fresh search.
-int compare_with_brute_force(const Scene& scene) { return compare_with_brute_force(scene.engine(), true); }
+/// The same for a fresh search. Returns how many touch.
+int compare_with_brute_force(const Scene& scene) {
+  Comparison result;
+  compare_with_brute_force(scene.engine(), result);
+  EXPECT_EQ(result.nearer, 0);
+  return result.touching;
+}
 
 TEST(neighbor_search, finds_what_brute_force_finds_in_a_tangle) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
@@ -186,12 +194,14 @@ TEST(neighbor_search, keeps_finding_what_brute_force_finds_as_parts_move) {
     scene.options.time_step = 3e-8;
     scene.options.outer_skin = d;
     weave::Engine engine = scene.engine();
-    int touching = 0;
+    Comparison result;
     for (int i = 1; i <= 2000; ++i) {
       engine.step(at_rest(scene.model));
-      if (i % 100 == 0) touching += compare_with_brute_force(engine, false);
+      if (i % 100 == 0) compare_with_brute_force(engine, result);
     }
-    EXPECT_GT(touching, 50);
+    EXPECT_GT(result.touching, 50);
+    // Where a fiber bends so sharply that it comes near at a second place, that is found at the next search.
+    EXPECT_LE(result.nearer, result.touching / 100);
     EXPECT_GT(engine.state().searches, 3);
     EXPECT_EQ(engine.state().late_searches, 0);
   }
