@@ -538,9 +538,9 @@ RunEstimate estimate_run(const Case& c) {
     const YarnType& y = c.yarns.at(name);
     const double r = y.fiber_radius(), area = y.fiber_area();
     e.explicit_time_step = std::min(e.explicit_time_step, c.numerics.element_length * 2 * r * std::sqrt(y.density / y.youngs_modulus));
-    // Six neighbors, each overlapping a twentieth of the reach: what a beat-up does to a yarn.
+    // Two neighbors, each overlapping a twentieth of the reach: what a beat-up does to a yarn.
     const PairLaw law = PairLaw::of(r, r, y.transverse_modulus, y.transverse_modulus);
-    const double k = 6 * law.line_stiffness(0.05 * law.reach) * (1 + c.friction);
+    const double k = 2 * law.line_stiffness(0.05 * law.reach) * (1 + c.friction);
     contact_step = std::min(contact_step, c.numerics.safety * 2 / std::sqrt(2 * k / (y.density * area)));
   }
   e.time_step = c.numerics.time_step > 0 ? c.numerics.time_step : contact_step;
@@ -549,8 +549,8 @@ RunEstimate estimate_run(const Case& c) {
   e.fibers = model.fibers() + weft_fibers * static_cast<std::size_t>(cells_on_loom);
   e.nodes_end = e.nodes_start + static_cast<std::size_t>(weft_nodes_cell * cells_on_loom);
   e.steps = e.simulated_time / e.time_step;
-  constexpr double bytes_per_node = 1500, seconds_per_node_step = 1.2e-7;  // measured on the shipped cases, one thread
-  e.memory = bytes_per_node * static_cast<double>(e.nodes_end);
+  constexpr double bytes = 2.5e7, bytes_per_node = 4000, seconds_per_node_step = 2e-7;  // measured on the shipped cases, one thread
+  e.memory = bytes + bytes_per_node * static_cast<double>(e.nodes_end);
   e.wall = e.steps * static_cast<double>(e.nodes_end + e.nodes_start) / 2 * seconds_per_node_step / omp_get_max_threads();
   return e;
 }
