@@ -55,13 +55,27 @@ double mean_envelope_distance(const Snapshot& s) {
   return covered > 0 ? sum / static_cast<double>(covered) : 0;
 }
 
-Vec3 point_at_share(const Snapshot& s, std::size_t f, double share) {
+Vec3 point_at_arc(const Snapshot& s, std::size_t f, double wanted) {
   const auto begin = s.offset[f], end = s.offset[f + 1];
-  const double wanted = share * s.arc[end - 1];
   const auto at = std::upper_bound(s.arc.begin() + begin, s.arc.begin() + end - 1, wanted) - s.arc.begin();
   const auto p = std::max<std::int64_t>(begin, std::min<std::int64_t>(at, end - 1) - 1);
   const double span = s.arc[p + 1] - s.arc[p];
   return s.x[p] + (span > 0 ? (wanted - s.arc[p]) / span : 0) * (s.x[p + 1] - s.x[p]);
+}
+
+/// Point of a fiber at a share of its length from the cell's face: of a warp's from its first node, of a weft's, which closes on itself and
+/// whose first node may be anywhere, from where it first passes a face across y.
+Vec3 point_at_share(const Snapshot& s, std::size_t f, double share) {
+  const double length = s.arc[s.offset[f + 1] - 1];
+  if (!s.weft[f]) return point_at_arc(s, f, share * length);
+  const double face = std::ceil(s.x[s.offset[f]].y() / s.cell_width) * s.cell_width;
+  auto p = s.offset[f];
+  while (p + 2 < s.offset[f + 1] && s.x[p + 1].y() < face) ++p;
+  const double rise = s.x[p + 1].y() - s.x[p].y();
+  const double start = s.arc[p] + (rise > 0 ? std::clamp((face - s.x[p].y()) / rise, 0.0, 1.0) : 0) * (s.arc[p + 1] - s.arc[p]);
+  const double arc = start + share * length;
+  const bool around = arc > length;
+  return point_at_arc(s, f, around ? arc - length : arc) + Vec3(0, (around ? s.cell_width : 0) - face, 0);
 }
 
 /// Column for each row such that the sum of the costs is least (Kuhn 1955, by shortest augmenting paths with potentials).

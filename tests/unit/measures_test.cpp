@@ -64,6 +64,23 @@ TEST(measures, translation_of_a_cell_is_no_difference) {
   EXPECT_NEAR(s.shift.z(), 3e-4, 1e-15);
 }
 
+TEST(measures, weft_that_starts_elsewhere_is_no_difference) {
+  weave::Snapshot cell = small_cell();
+  for (int k = 0; k <= 10; ++k) {  // a crimped weft, the same in both cells but with its first node 0.3 of the width farther on
+    const auto z = [](double y) { return 1e-4 + 5e-5 * std::sin(2 * std::numbers::pi * y / 1e-3); };
+    for (const int f : {22, 33}) cell.x[f + k].z() = z(cell.x[f + k].y());
+  }
+  weave::Snapshot other = cell;
+  for (const int f : {22, 33}) {
+    for (int k = 0; k <= 10; ++k) {
+      other.x[f + k] = cell.x[f + (k + 3) % 10];
+      if (k + 3 >= 10) other.x[f + k].y() += 1e-3;
+    }
+  }
+  const weave::Steadiness s = weave::steadiness(cell, other);
+  EXPECT_NEAR(s.mean, 0, 1e-12);
+}
+
 TEST(measures, exchanged_fibers_of_a_yarn_are_no_difference) {
   weave::Snapshot other = small_cell();
   for (int k = 0; k <= 10; ++k) std::swap(other.x[22 + k], other.x[33 + k]);

@@ -16,8 +16,8 @@ struct CellMeasures {
 };
 CellMeasures measure_cell(const Snapshot& cell);
 
-/// Difference of two successive unit cells in fiber diameters: distance between their fibers at the same share of the length, mean and
-/// largest, after the translation that carries one cell to the other: from face to face along x, and `shift` beside it. The fibers of a yarn
+/// Difference of two successive unit cells in fiber diameters: distance between their fibers at the same share of the length from the
+/// cell's face, mean and largest, after the translation that carries one cell to the other: from face to face along x, and `shift` beside it. The fibers of a yarn
 /// are alike, so within each yarn they are paired such that the mean is least: a weft's fibers come to lie in another order at every pick.
 /// Both cells must have the same fibers in the same order (std::invalid_argument).
 struct Steadiness {
