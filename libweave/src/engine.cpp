@@ -44,7 +44,8 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   node_tangent_.assign(n, Vec3::UnitX());
   force_.assign(n, Vec3::Zero());
   velocity_change_.assign(n, Vec3::Zero());
-  for (auto* a : {&bar_length_, &bar_inverse_, &bend2_, &bar_rate_, &bar_energy_, &block_speed2_, &stiffness_, &tension_, &diagonal_, &upper_, &multiplier_, &corner_}) {
+  for (auto* a : {&bar_length_, &bar_inverse_, &bend2_, &bar_rate_, &bar_energy_, &block_speed2_, &stiffness_, &tension_, &diagonal_, &upper_,
+                  &multiplier_, &corner_}) {
     a->assign(n, 0);
   }
   slack_.assign(n, 0);

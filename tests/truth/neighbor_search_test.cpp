@@ -179,7 +179,7 @@ TEST(neighbor_search, finds_every_crossing_with_a_reed_bar_once) {
   }
 }
 
-/// A row of crossing pairs far apart, of which only the first moves: the others are not searched again.
+/// Two tangles far apart, of which one moves and the other hardly does, so that only the first is searched again.
 TEST(neighbor_search, keeps_finding_what_brute_force_finds_as_parts_move) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const double d = 1e-4;
