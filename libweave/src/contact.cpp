@@ -167,7 +167,7 @@ struct Target {
   double dt;
   bool with_energy;
   std::span<Vec3> force;
-  std::span<double> stiffness;
+  std::span<DirectionalStiffness> stiffness;
 };
 
 /// Whether the closest points of all that lies within sqrt(distance2) of a bar, beside its stretch low...high [m], are on that bar: a point at
@@ -189,11 +189,20 @@ inline PolylinePoint follow(const Model& m, const FiberGeometry& g, const Vec3& 
   return {along * g.bar_inverse[segment], r, distance2};
 }
 
+/// From the touched fiber to the point; short where their axes cross, so that it stays finite.
+inline Vec3 unit_normal(const PairLaw& law, const PolylinePoint& q, double distance) {
+  return (1 / std::max(distance, 1e-3 * law.reach)) * q.separation;
+}
+
+inline ContactStiffness stiffness_along(const Vec3& n, double normal, double friction, bool all_round) {
+  return {n.cast<float>(), static_cast<float>(normal), static_cast<float>(friction), all_round};
+}
+
 /// Normal force of a contact, summed over its samples.
 struct NormalSum {
   Vec3 on_first = Vec3::Zero(), on_second = Vec3::Zero();  ///< on the nodes of the point's bar [N]
   double force = 0, stiffness = 0;                         ///< sums of magnitudes [N], of slopes [N/m]
-  double bound = 0;                                        ///< on the stiffness that a node can feel without friction [N/m]
+  double bound = 0;                                        ///< on the stiffness along the normal that a node can feel [N/m]
 };
 
 /// Pushes one sample of a contact, a share `weight` [m] of fiber at `eta` on the point's bar, off its closest point q on the bar `segment`.
@@ -209,10 +218,10 @@ inline void push(const Target& at, const PairLaw& law, const PolylinePoint& q, d
   sum.force += weight * force;
   sum.stiffness += weight * stiffness;
   sum.bound += bound;
-  if (!reaction.active) reaction = {Vec3::Zero(), Vec3::Zero(), 0, segment, true};
+  if (!reaction.active) reaction = {Vec3::Zero(), Vec3::Zero(), stiffness_along(unit_normal(law, q, distance), 0, 0, false), static_cast<float>(q.fraction), segment, true};
   reaction.on_first -= (1 - q.fraction) * pull;
   reaction.on_second -= q.fraction * pull;
-  reaction.stiffness += bound;
+  reaction.stiffness.normal += static_cast<float>(bound);
   note_overlap(ratio, node, segment, sums);
   if (at.with_energy) sums.energy += weight * law.line_energy(overlap);
 }
@@ -222,8 +231,8 @@ constexpr double sample_offset(int k) { return (k + 0.5) / samples - 0.5; }
 
 /// All samples of a contact at once where their closest points lie on one bar: on straight bars the separation is r0 + t u, with t along the
 /// point's bar and u the part of that bar normal to the touched one. False, with nothing done, where another bar may be nearer.
-inline bool push_samples_on_bar(const Target& at, const LineContact& c, const PairLaw& law, const PolylinePoint& q, double weight,
-                                Reaction& reaction, NormalSum& sum, ContactSums& sums) {
+inline bool push_samples_on_bar(const Target& at, const LineContact& c, const PairLaw& law, const PolylinePoint& q, const Vec3& n,
+                                double weight, Reaction& reaction, NormalSum& sum, ContactSums& sums) {
   const FiberGeometry& g = at.g;
   const std::uint32_t s = c.segment;
   const Vec3 along = g.x[c.node + 1] - g.x[c.node];
@@ -255,18 +264,18 @@ inline bool push_samples_on_bar(const Target& at, const LineContact& c, const Pa
   const Vec3 pull = force_0 * q.separation + force_1 * u, moment = force_1 * q.separation + force_2 * u;
   const double eta = c.fraction, xi = q.fraction, turn = shift * g.bar_inverse[s];
   sum = {(1 - eta) * pull - moment, eta * pull + moment, force, stiffness, bound};
-  reaction = {turn * moment - (1 - xi) * pull, -turn * moment - xi * pull, bound, s, true};
+  reaction = {turn * moment - (1 - xi) * pull, -turn * moment - xi * pull, stiffness_along(n, bound, 0, true), static_cast<float>(xi), s, true};
   note_overlap(deepest * law.inverse_reach, c.node, s, sums);
   return true;
 }
 
 /// The samples of a contact between two yarns: the law is integrated over the length of fiber that the point stands for, as its closest points
 /// lie, so that a crossing is felt alike wherever it is between two points. They may lie on the bar at hand and on one beside it.
-inline NormalSum push_samples(const Target& at, const LineContact& c, const PairLaw& law, const PolylinePoint& q, double weight,
+inline NormalSum push_samples(const Target& at, const LineContact& c, const PairLaw& law, const PolylinePoint& q, const Vec3& n, double weight,
                               std::span<Reaction, 2> reaction, ContactSums& sums) {
   const FiberGeometry& g = at.g;
   NormalSum sum;
-  if (push_samples_on_bar(at, c, law, q, weight, reaction[0], sum, sums)) return sum;
+  if (push_samples_on_bar(at, c, law, q, n, weight, reaction[0], sum, sums)) return sum;
   const Vec3 along = g.x[c.node + 1] - g.x[c.node];
   const double cell = 1.0 / at.model.points[at.fiber];
   for (int k = 0; k < samples; ++k) {
@@ -305,50 +314,48 @@ void line_contact(const Target& at, LineContact& c, const LineContact* before, s
   if (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.segment, c.image)) return release(c.spring, sums.slip_loss);
   const double near = (one_yarn ? 1 : near_touch) * law.reach;
   NormalSum normal;
+  const double distance = std::sqrt(q.distance2);
+  if (q.distance2 >= near_touch * near_touch * law.reach * law.reach && c.spring.stiffness <= 0) return let_sleep(m, g, at.fiber, distance, c);
+  const Vec3 n = unit_normal(law, q, distance);
   if (q.distance2 < near * near) {
     if (one_yarn) {
       if (q.distance2 < law.reach * law.reach) push(at, law, q, weight, 0, p, c.segment, reaction[0], normal, sums);
     } else {
-      normal = push_samples(at, c, law, q, weight, reaction, sums);
+      normal = push_samples(at, c, law, q, n, weight, reaction, sums);
     }
   }
   const bool touches = normal.stiffness > 0;
   if (!touches && c.spring.stiffness <= 0) {
-    if (q.distance2 < near_touch * near_touch * law.reach * law.reach) {
-      const double k = weight * law.line_stiffness(touch_overlap * law.reach);
-      at.stiffness[p] += k;
-      if (!one_yarn) at.stiffness[p + 1] += k;
-    } else {
-      let_sleep(m, g, at.fiber, std::sqrt(q.distance2), c);
-    }
+    const double k = weight * law.line_stiffness(touch_overlap * law.reach);
+    at.stiffness[p].add(k, n);
+    if (!one_yarn) at.stiffness[p + 1].add(k, n);
     return;
   }
   sums.touching += touches;
+  const double friction_stiffness = m.friction * normal.stiffness;
+  const ContactStiffness felt = stiffness_along(n, normal.bound, friction_stiffness, !one_yarn);
   if (m.friction > 0) {
-    const double distance = std::sqrt(q.distance2);
-    const Vec3 n = (1 / std::max(distance, 1e-3 * law.reach)) * q.separation;
     const Place on_b{c.segment, q.fraction};
     const Slip slip = one_yarn ? slip_of_node(g, p, on_b, n, distance, at.dt) : slip_of(g, {p, c.fraction}, on_b, n, distance, at.dt);
     if (!touches) return part(c.spring, slip, sums.slip_loss);
-    slide(c.spring, slip, m.friction * normal.stiffness, m.friction * normal.force, sums.slip_loss);
+    slide(c.spring, slip, friction_stiffness, m.friction * normal.force, sums.slip_loss);
     const Drag drag = drag_of(c.spring, slip, g.bar_tangent[p], g.bar_tangent[c.segment], n);
     const double eta = c.fraction;
     normal.on_first += (1 - eta) * drag.force - drag.couple_a;
     normal.on_second += eta * drag.force + drag.couple_a;
-    normal.bound += m.friction * normal.stiffness;
-    if (!reaction[0].active) reaction[0] = {Vec3::Zero(), Vec3::Zero(), 0, c.segment, true};
+    if (!reaction[0].active) reaction[0] = {Vec3::Zero(), Vec3::Zero(), felt, static_cast<float>(q.fraction), c.segment, true};
     reaction[0].on_first -= (1 - q.fraction) * drag.force + drag.couple_b;
     reaction[0].on_second -= q.fraction * drag.force - drag.couple_b;
-    reaction[0].stiffness += m.friction * normal.stiffness;
+    reaction[0].stiffness.friction = felt.friction;
+    reaction[0].stiffness.all_round = felt.all_round;
     if (at.with_energy) sums.friction_store += stored_in(c.spring);
   }
+  const Vec3& touched = g.bar_tangent[c.segment];
   at.force[p] += normal.on_first;
-  if (one_yarn) {
-    at.stiffness[p] += normal.bound;
-  } else {
+  felt.add_to(at.stiffness[p], 1 - c.fraction, touched);
+  if (!one_yarn) {
     at.force[p + 1] += normal.on_second;
-    at.stiffness[p] += (1 - c.fraction) * normal.bound;
-    at.stiffness[p + 1] += c.fraction * normal.bound;
+    felt.add_to(at.stiffness[p + 1], c.fraction, touched);
   }
 }
 
@@ -382,11 +389,14 @@ void node_contact(const Target& at, LineContact& c, Reaction& reaction, ContactS
     on_node += c.spring.along * t;
     on_other -= c.spring.along * t;
   }
-  const double k = kn * (1 + overlap / law.reach + m.friction);
+  const Vec3& touched = g.bar_tangent[s];
+  const double normal_stiffness = kn * (1 + overlap / law.reach);
+  const ContactStiffness felt = stiffness_along(to_p / std::max(distance, 1e-3 * law.reach), normal_stiffness, m.friction * kn, false);
   at.force[p] += on_node;
-  at.stiffness[p] += k;
+  felt.add_to(at.stiffness[p], 1, touched);
+  const ContactStiffness felt_there = stiffness_along(to_q / std::max(to_q.norm(), 1e-3 * law.reach), normal_stiffness, m.friction * kn, false);
   const bool at_first = other == s;
-  reaction = {at_first ? on_other : Vec3::Zero(), at_first ? Vec3::Zero() : on_other, k, s, true};
+  reaction = {at_first ? on_other : Vec3::Zero(), at_first ? Vec3::Zero() : on_other, felt_there, at_first ? 0.0F : 1.0F, s, true};
   if (at.with_energy) sums.energy += weight * law.line_energy(overlap);
 }
 
@@ -413,24 +423,23 @@ void crossing_contact(const Target& at, CrossingContact& k, Reaction& reaction, 
     drag = drag_of(k.spring, slip, g.bar_tangent[a], g.bar_tangent[b], n);
     drag.force += fn * n;
   }
-  const double stiffness = kn * (1 + overlap / law.reach) + m.friction * kn;
+  const ContactStiffness felt = stiffness_along(n, kn * (1 + overlap / law.reach), m.friction * kn, true);
   at.force[a] += (1 - s) * drag.force - drag.couple_a;
   at.force[a + 1] += s * drag.force + drag.couple_a;
-  at.stiffness[a] += (1 - s) * stiffness;
-  at.stiffness[a + 1] += s * stiffness;
-  reaction = {-(1 - t) * drag.force - drag.couple_b, -t * drag.force + drag.couple_b, stiffness, b, true};
+  felt.add_to(at.stiffness[a], 1 - s, g.bar_tangent[b]);
+  felt.add_to(at.stiffness[a + 1], s, g.bar_tangent[b]);
+  reaction = {-(1 - t) * drag.force - drag.couple_b, -t * drag.force + drag.couple_b, felt, static_cast<float>(t), b, true};
   if (at.with_energy) {
     sums.energy += law.crossing_energy(overlap);
     sums.friction_store += stored_in(k.spring);
   }
 }
 
-void add_reaction(const Reaction& r, std::span<Vec3> force, std::span<double> stiffness) {
+void add_reaction(const Reaction& r, const Vec3& tangent, std::span<Vec3> force, std::span<DirectionalStiffness> stiffness) {
   force[r.segment] += r.on_first;
   force[r.segment + 1] += r.on_second;
-  // Shares of the stiffness follow the force; the larger one bounds both within a factor of two.
-  stiffness[r.segment] += 0.5 * r.stiffness;
-  stiffness[r.segment + 1] += 0.5 * r.stiffness;
+  r.stiffness.add_to(stiffness[r.segment], 1 - r.fraction, tangent);
+  r.stiffness.add_to(stiffness[r.segment + 1], r.fraction, tangent);
 }
 
 }  // namespace
@@ -498,7 +507,7 @@ PolylinePair walk_to_pair(const Model& m, const FiberGeometry& g, std::uint32_t&
 }
 
 ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry, std::uint32_t fiber, double dt, bool with_energy,
-                              ContactList& contacts, std::span<Vec3> force, std::span<double> stiffness) {
+                              ContactList& contacts, std::span<Vec3> force, std::span<DirectionalStiffness> stiffness) {
   ContactSums sums;
   const Target at{model, geometry, fiber, dt, with_energy, force, stiffness};
   std::array<Reaction, 2> reaction;
@@ -535,12 +544,15 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
   return sums;
 }
 
-void gather_reactions(const ContactList& contacts, std::uint32_t fiber, std::span<Vec3> force, std::span<double> stiffness) {
+void gather_reactions(const FiberGeometry& geometry, const ContactList& contacts, std::uint32_t fiber, std::span<Vec3> force,
+                      std::span<DirectionalStiffness> stiffness) {
   for (const ActiveContacts* active : {&contacts.active_line, &contacts.active_crossing}) {
     for (std::uint32_t i = active->target_of[fiber]; i < active->target_of[fiber + 1]; ++i) {
       const std::uint32_t contact = active->target[i];
       for (std::uint32_t k = 0; k < 2; ++k) {
-        if (active->reacts[contact] >> k & 1U) add_reaction(active->reaction[2 * contact + k], force, stiffness);
+        if (!(active->reacts[contact] >> k & 1U)) continue;
+        const Reaction& reaction = active->reaction[2 * contact + k];
+        add_reaction(reaction, geometry.bar_tangent[reaction.segment], force, stiffness);
       }
     }
   }

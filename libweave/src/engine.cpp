@@ -1,6 +1,7 @@
 #include "weave/engine.hpp"
 
 #include <fmt/format.h>
+#include <omp.h>
 
 #include <algorithm>
 #include <chrono>
@@ -17,6 +18,15 @@ constexpr double first_step = 1e-12;  ///< [s]
 constexpr std::uint32_t block_nodes = 16;
 constexpr double step_growth = 1.05;
 constexpr int calm_steps_to_grow = 50;
+constexpr double node_cost = 2;  ///< of a node's bar and motion, in units of a contact at hand, most of which sleep
+
+/// Bound on the squared frequency of a node [1/s^2], or any number up to `known` where it is below that.
+double largest_frequency2(const DirectionalStiffness& stiffness, double inverse_mass, double known) {
+  const double bound = 2 * inverse_mass * stiffness.trace();
+  if (bound <= known) return bound;
+  const double root = std::sqrt(std::sqrt(std::sqrt(stiffness.eighth_powers())));
+  return 2 * inverse_mass * root;
+}
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -44,10 +54,11 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   node_tangent_.assign(n, Vec3::UnitX());
   force_.assign(n, Vec3::Zero());
   velocity_change_.assign(n, Vec3::Zero());
-  for (auto* a : {&bar_length_, &bar_inverse_, &bend2_, &bar_rate_, &bar_energy_, &block_speed2_, &stiffness_, &tension_, &diagonal_, &upper_,
+  for (auto* a : {&bar_length_, &bar_inverse_, &bend2_, &bar_rate_, &bar_energy_, &block_speed2_, &tension_, &diagonal_, &upper_,
                   &multiplier_, &corner_}) {
     a->assign(n, 0);
   }
+  stiffness_.assign(n, {});
   slack_.assign(n, 0);
   per_fiber_.resize(model_.fibers());
   for (std::uint32_t f = 0; f < model_.fibers(); ++f) refresh_geometry(f);
@@ -61,6 +72,7 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
     pick();
   } else {
     index_targets(model_, state_.contacts);
+    share_out();
   }
 }
 
@@ -89,6 +101,13 @@ void Engine::refresh_geometry(std::uint32_t f) {
   };
   for (std::uint32_t p = begin + 1; p < last; ++p) bend2_[p] = bend2(p - 1, p);
   if (model_.periodic[f]) bend2_[begin] = bend2_[last] = bend2(last - 1, begin);
+  if (model_.node_contact) refresh_node_tangents(f);
+}
+
+/// Tangents at the nodes, which only a search and the node-to-node law ask for.
+void Engine::refresh_node_tangents(std::uint32_t f) {
+  const std::uint32_t begin = model_.first[f], last = model_.last(f);
+  const auto& x = state_.x;
   const auto set = [&](std::uint32_t p, const Vec3& chord) {
     node_tangent_[p] = (1 / chord.norm()) * chord;
   };
@@ -118,14 +137,52 @@ void Engine::pick() {
   };
   moved_max_ = moved_max();
   if (moved_max_ > moved_limit) {
+    for (std::uint32_t f = 0; f < model_.fibers(); ++f) refresh_node_tangents(f);
     neighbor_search_.build(model_, g, options_.outer_skin, options_.active_x_max, search_ahead * moved_limit, state_.moved, state_.contacts);
     ++state_.searches;
     moved_max_ = moved_max();
   }
   pick_active(model_, g, options_.skin, state_.contacts);
+  share_out();
   state_.x_pick = state_.x;
   ++state_.picks_of_active;
   times_.search += seconds_since(start);
+}
+
+/// Gives each thread fibers of its own: of reed, warps and wefts a share each, neighbors together, by nodes and contacts. So the data of a fiber
+/// stay in the cache of one core from step to step. Which thread does what does not change any result.
+void Engine::share_out() {
+  const auto threads = static_cast<std::size_t>(omp_get_max_threads());
+  std::vector<std::vector<std::uint32_t>> of_thread(threads);
+  const auto& contacts = state_.contacts;
+  const auto cost = [&](std::uint32_t f) {
+    return node_cost * model_.own_nodes(f) + (contacts.active_line.of[f + 1] - contacts.active_line.of[f]);
+  };
+  for (const Role role : {Role::reed, Role::warp, Role::weft}) {
+    double all = 0, before = 0;
+    for (std::uint32_t f = 0; f < model_.fibers(); ++f) all += model_.role[f] == role ? cost(f) : 0;
+    for (std::uint32_t f = 0; f < model_.fibers(); ++f) {
+      if (model_.role[f] != role) continue;
+      const double middle = (before + 0.5 * cost(f)) / all;
+      of_thread[std::min(threads - 1, static_cast<std::size_t>(middle * static_cast<double>(threads)))].push_back(f);
+      before += cost(f);
+    }
+  }
+  shared_out_.clear();
+  share_of_.assign(1, 0);
+  for (const auto& share : of_thread) {
+    shared_out_.insert(shared_out_.end(), share.begin(), share.end());
+    share_of_.push_back(static_cast<std::uint32_t>(shared_out_.size()));
+  }
+}
+
+/// Calls work(fiber) for the fibers of the calling thread, all of them if fewer threads came than fibers were shared out to.
+template <typename Work>
+void Engine::each_of_mine(Work&& work) const {
+  const auto team = static_cast<std::size_t>(omp_get_num_threads());
+  for (auto share = static_cast<std::size_t>(omp_get_thread_num()); share + 1 < share_of_.size(); share += team) {
+    for (std::uint32_t i = share_of_[share]; i < share_of_[share + 1]; ++i) work(shared_out_[i]);
+  }
 }
 
 /// Dashpot of a bar, a fraction of the critical one between two node masses; it does not depend on the bar's length [N s/m].
@@ -146,14 +203,15 @@ void Engine::add_bar_forces(std::uint32_t f, bool with_energy) {
     bar_energy_[s] = 0.5 * k * stretch * stretch;
     if (with_energy) sums.stored.bars += 0.5 * bar_energy_[s];
     // Sideways a taut bar is a string; along it an explicit bar is a spring.
-    double stiffness = 2 * std::max(k * stretch, 0.0) / rest;
+    DirectionalStiffness stiffness;
+    stiffness.add_all_round(std::max(k * stretch, 0.0) / rest);
     if (!model_.implicit_axial) {
       const double rate = (state_.v[s + 1] - state_.v[s]).dot(bar_tangent_[s]);
       tension_[s] = k * stretch + c * rate;
       const Vec3 on_first = tension_[s] * bar_tangent_[s];
       force_[s] += on_first;
       force_[s + 1] -= on_first;
-      stiffness += k;
+      stiffness.add(k, bar_tangent_[s]);
     }
     stiffness_[s] += stiffness;
     stiffness_[s + 1] += stiffness;
@@ -174,7 +232,7 @@ void Engine::add_bar_forces(std::uint32_t f, bool with_energy) {
     force_[p] += g2;
     force_[p + 1] -= g2;
     const double stiffness = 4 * b / (bar_length_[p] * bar_length_[p]);
-    for (const std::uint32_t q : {before, p, p + 1}) stiffness_[q] += stiffness;
+    for (const std::uint32_t q : {before, p, p + 1}) stiffness_[q].add_all_round(stiffness);
     if (with_energy) sums.stored.bending += b * (1 - cosine);
   }
 }
@@ -247,7 +305,7 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
   const std::uint32_t begin = model_.first[f], last = model_.last(f), end = begin + model_.own_nodes(f);
   const bool closed = model_.periodic[f];
   const double dt = state_.dt, kick = kick_time();
-  gather_reactions(state_.contacts, f, force_, stiffness_);
+  gather_reactions(geometry(), state_.contacts, f, force_, stiffness_);
 
   if (model_.role[f] == Role::reed) {
     for (std::uint32_t p = begin; p < end; ++p) {
@@ -279,7 +337,7 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
     }
     force_[p] -= model_.damping * model_.mass[p] * state_.v[p];
     w[p] = kick * model_.inverse_mass[p] * force_[p];
-    sums.frequency2 = std::max(sums.frequency2, 2 * stiffness_[p] * model_.inverse_mass[p]);
+    sums.frequency2 = std::max(sums.frequency2, largest_frequency2(stiffness_[p], model_.inverse_mass[p], sums.frequency2));
   }
   if (closed) w[last] = w[begin];
 
@@ -440,21 +498,20 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
   state_.late_searches += list_is_late_;
   const auto start = std::chrono::steady_clock::now();
   std::chrono::steady_clock::time_point middle;
-#pragma omp parallel
+#pragma omp parallel num_threads(static_cast<int>(share_of_.size()) - 1)
   {
-#pragma omp for schedule(dynamic, 1)
-    for (std::uint32_t f = 0; f < fibers; ++f) {
+    each_of_mine([&](std::uint32_t f) {
       for (std::uint32_t p = model_.first[f]; p < model_.first[f + 1]; ++p) {
         force_[p].setZero();
-        stiffness_[p] = 0;
+        stiffness_[p] = {};
       }
       per_fiber_[f].flows = {};
       per_fiber_[f].contact = evaluate_contacts(model_, g, f, state_.dt_before, with_energy, state_.contacts, force_, stiffness_);
-    }
-#pragma omp single
+    });
+#pragma omp barrier
+#pragma omp master
     middle = std::chrono::steady_clock::now();
-#pragma omp for schedule(dynamic, 1)
-    for (std::uint32_t f = 0; f < fibers; ++f) move_fiber(f, drive, with_energy);
+    each_of_mine([&](std::uint32_t f) { move_fiber(f, drive, with_energy); });
   }
   const auto end = std::chrono::steady_clock::now();
   times_.contact += std::chrono::duration<double>(middle - start).count();

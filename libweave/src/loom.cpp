@@ -243,7 +243,8 @@ LoomLayout lay_out(const Case& c) {
     }
   }
   layout.start_length = std::max(c.take_up.length, 3 * weft_height);
-  layout.stored_length = 0.3 * c.loom.length + 4 * c.take_up.length + 10 * c.numerics.element_length * layout.fiber_diameter;
+  // What one pick can draw: the take-up with its crimp, and a warp that crosses the cloth, which is at most half as thick as the shed is high.
+  layout.stored_length = 1.5 * c.take_up.length + 0.5 * c.loom.height + 2 * c.numerics.element_length * layout.fiber_diameter;
   return layout;
 }
 
@@ -418,11 +419,14 @@ std::size_t supply_warp(const Case& c, const LoomLayout& layout, Model& m, State
     FiberSpec& fiber = r.fibers[f];
     if (fiber.role != Role::warp) continue;
     const double left = fiber.x.back().x() - c.loom.length;
-    if (left > 0.5 * layout.stored_length) continue;
     const FiberType& type = m.types[fiber.type];
     const double rest = fiber.rest_length.back();
     const double stretched = rest * (1 + fiber.end_force / (type.youngs_modulus * type.area));
     r.speed_of_new[f] = Vec3(s.v[m.last(f)].x(), 0, 0);
+    if (left < 0) {
+      throw std::runtime_error(fmt::format("a pick has drawn more than the {:.4g} mm of warp {} that is stored behind the heddle",
+                                           1e3 * layout.stored_length, fiber.yarn + 1));
+    }
     const auto count = static_cast<int>(std::ceil((layout.stored_length - left) / stretched));
     for (int k = 0; k < count; ++k) {
       fiber.x.emplace_back(fiber.x.back() + Vec3(stretched, 0, 0));

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "weave/model.hpp"
+#include "weave/stiffness.hpp"
 
 namespace weave {
 
@@ -35,10 +36,31 @@ struct CrossingContact {
   FrictionSpring spring;
 };
 
+/// How a contact resists motion, for the bound on the time step: `normal` along a unit vector n, `friction` along the touched bar or, where `all_round`, in every direction
+/// normal to n.
+struct ContactStiffness {
+  Eigen::Vector3f n = Eigen::Vector3f::Zero();
+  float normal = 0, friction = 0;  ///< [N/m]
+  bool all_round = false;
+
+  /// Adds a share of it to what a node feels; t the touched bar's unit tangent.
+  void add_to(DirectionalStiffness& node, double share, const Vec3& t) const {
+    const Vec3 along = n.cast<double>();
+    if (all_round) {
+      node.add(share * (normal - friction), along);
+      node.add_all_round(share * friction);
+    } else {
+      node.add(share * normal, along);
+      node.add(share * friction, t);
+    }
+  }
+};
+
 /// Reaction of one contact on the touched fiber, gathered later by that fiber's owner.
 struct Reaction {
   Vec3 on_first, on_second;  ///< on the nodes of the touched bar [N]
-  double stiffness;          ///< [N/m]
+  ContactStiffness stiffness;
+  float fraction;            ///< 0...1 along that bar
   std::uint32_t segment;
   bool active = false;
 };
@@ -67,7 +89,7 @@ struct FiberGeometry {
   std::span<const Vec3> x, v;
   std::span<const Vec3> bar_tangent;    ///< unit, from a node to the next
   std::span<const double> bar_length, bar_inverse;  ///< length [m] and 1/length
-  std::span<const Vec3> node_tangent;   ///< unit, from the previous to the next node
+  std::span<const Vec3> node_tangent;   ///< unit, from the previous to the next node; kept up by the node-to-node law and at a search only
   std::span<const double> bend2;        ///< tan^2 of half the angle between the bars that meet in a node; 0 at a fiber's ends
   std::span<const double> travel;       ///< longest way that a node near this one can have gone since the start [m]
 };
@@ -93,10 +115,11 @@ void let_sleep(const Model& model, const FiberGeometry& geometry, std::uint32_t 
 /// Forces of the contacts owned by `fiber` (its nodes against other fibers, its crossings with later ones). Adds to `force` and `stiffness`
 /// of the fiber's own nodes only, and stores the reactions; so fibers can be evaluated in any order, on any thread, to the same bits.
 ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry, std::uint32_t fiber, double dt, bool with_energy,
-                              ContactList& contacts, std::span<Vec3> force, std::span<double> stiffness);
+                              ContactList& contacts, std::span<Vec3> force, std::span<DirectionalStiffness> stiffness);
 
 /// Adds the stored reactions on `fiber` to its nodes, in a fixed order.
-void gather_reactions(const ContactList& contacts, std::uint32_t fiber, std::span<Vec3> force, std::span<double> stiffness);
+void gather_reactions(const FiberGeometry& geometry, const ContactList& contacts, std::uint32_t fiber, std::span<Vec3> force,
+                      std::span<DirectionalStiffness> stiffness);
 
 /// A bent fiber must not push itself: whether a bar of the node's own fiber lies within half a turn of its tightest bend from the node.
 bool within_own_bend(const Model& model, std::uint32_t fiber, std::uint32_t node, std::uint32_t segment, std::int32_t image);

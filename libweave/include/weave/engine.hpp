@@ -114,6 +114,7 @@ class Engine {
     bool finite = true;
   };
   void refresh_geometry(std::uint32_t fiber);
+  void refresh_node_tangents(std::uint32_t fiber);
   void add_travel(std::uint32_t fiber);
   void move_fiber(std::uint32_t fiber, const Drive& drive, bool with_energy);
   void add_bar_forces(std::uint32_t fiber, bool with_energy);
@@ -127,6 +128,9 @@ class Engine {
   double hold_in_guides(std::uint32_t fiber, const Drive& drive);
   [[nodiscard]] double axial_damping(const FiberType& type) const;
   void pick();
+  void share_out();
+  template <typename Work>
+  void each_of_mine(Work&& work) const;
   /// From the middle of the last step to the middle of the next: for how long the forces at x act on v [s].
   [[nodiscard]] double kick_time() const { return 0.5 * (state_.dt_before + state_.dt); }
   void choose_time_step(double frequency2, double speed2);
@@ -141,10 +145,12 @@ class Engine {
   double moved_max_ = 0;       ///< largest of state().moved
   bool list_is_late_ = false;  ///< nodes have moved farther than the contact list in use allows
   std::vector<Vec3> bar_tangent_, node_tangent_, force_, velocity_change_;
-  std::vector<double> bar_length_, bar_inverse_, bend2_, bar_rate_, bar_energy_, block_speed2_, stiffness_, tension_;
+  std::vector<double> bar_length_, bar_inverse_, bend2_, bar_rate_, bar_energy_, block_speed2_, tension_;
+  std::vector<DirectionalStiffness> stiffness_;
   std::vector<double> diagonal_, upper_, multiplier_, corner_;  ///< of the solve for the bars' tensions
   std::vector<std::uint8_t> slack_;                             ///< per bar
   std::vector<PerFiber> per_fiber_;
+  std::vector<std::uint32_t> shared_out_, share_of_;  ///< fibers by thread; those of thread t: share_of_[t] ... share_of_[t+1]-1
 };
 
 }  // namespace weave

@@ -65,7 +65,8 @@ double take_up_progress(const Case& c, const PickTimes& times, double t);  ///< 
 /// Places the weft of `pick` into the open shed, straight across the cell. Throws std::runtime_error if the shed is too low for it.
 void insert_weft(const Case& c, const LoomLayout& layout, int pick, Model& model, State& state);
 
-/// Adds stored warp behind the heddle where less than half of the layout's stored length is left. Returns the number of nodes added.
+/// Fills up the stored warp behind the heddle to the layout's stored length. Returns the number of nodes added. Throws std::runtime_error if
+/// one was used up.
 std::size_t supply_warp(const Case& c, const LoomLayout& layout, Model& model, State& state);
 
 /// Cuts the cloth at x = plane: warp nodes before it and the wefts numbered below `first_kept_weft` go, the cut ends become held ends.
