@@ -231,8 +231,8 @@ constexpr double sample_offset(int k) { return (k + 0.5) / samples - 0.5; }
 
 /// All samples of a contact at once where their closest points lie on one bar: on straight bars the separation is r0 + t u, with t along the
 /// point's bar and u the part of that bar normal to the touched one. False, with nothing done, where another bar may be nearer.
-inline bool push_samples_on_bar(const Target& at, const LineContact& c, const PairLaw& law, const PolylinePoint& q, const Vec3& n,
-                                double weight, Reaction& reaction, NormalSum& sum, ContactSums& sums) {
+inline bool push_samples_on_bar(const Target& at, const LineContact& c, const PairLaw& law, const PolylinePoint& q, double weight,
+                                Reaction& reaction, NormalSum& sum, ContactSums& sums) {
   const FiberGeometry& g = at.g;
   const std::uint32_t s = c.segment;
   const Vec3 along = g.x[c.node + 1] - g.x[c.node];
@@ -264,18 +264,18 @@ inline bool push_samples_on_bar(const Target& at, const LineContact& c, const Pa
   const Vec3 pull = force_0 * q.separation + force_1 * u, moment = force_1 * q.separation + force_2 * u;
   const double eta = c.fraction, xi = q.fraction, turn = shift * g.bar_inverse[s];
   sum = {(1 - eta) * pull - moment, eta * pull + moment, force, stiffness, bound};
-  reaction = {turn * moment - (1 - xi) * pull, -turn * moment - xi * pull, stiffness_along(n, bound, 0, true), static_cast<float>(xi), s, true};
+  reaction = {turn * moment - (1 - xi) * pull, -turn * moment - xi * pull, stiffness_along(pull.normalized(), bound, 0, true), static_cast<float>(xi), s, true};
   note_overlap(deepest * law.inverse_reach, c.node, s, sums);
   return true;
 }
 
 /// The samples of a contact between two yarns: the law is integrated over the length of fiber that the point stands for, as its closest points
 /// lie, so that a crossing is felt alike wherever it is between two points. They may lie on the bar at hand and on one beside it.
-inline NormalSum push_samples(const Target& at, const LineContact& c, const PairLaw& law, const PolylinePoint& q, const Vec3& n, double weight,
+inline NormalSum push_samples(const Target& at, const LineContact& c, const PairLaw& law, const PolylinePoint& q, double weight,
                               std::span<Reaction, 2> reaction, ContactSums& sums) {
   const FiberGeometry& g = at.g;
   NormalSum sum;
-  if (push_samples_on_bar(at, c, law, q, n, weight, reaction[0], sum, sums)) return sum;
+  if (push_samples_on_bar(at, c, law, q, weight, reaction[0], sum, sums)) return sum;
   const Vec3 along = g.x[c.node + 1] - g.x[c.node];
   const double cell = 1.0 / at.model.points[at.fiber];
   for (int k = 0; k < samples; ++k) {
@@ -321,7 +321,7 @@ void line_contact(const Target& at, LineContact& c, const LineContact* before, s
     if (one_yarn) {
       if (q.distance2 < law.reach * law.reach) push(at, law, q, weight, 0, p, c.segment, reaction[0], normal, sums);
     } else {
-      normal = push_samples(at, c, law, q, n, weight, reaction, sums);
+      normal = push_samples(at, c, law, q, weight, reaction, sums);
     }
   }
   const bool touches = normal.stiffness > 0;
@@ -333,7 +333,9 @@ void line_contact(const Target& at, LineContact& c, const LineContact* before, s
   }
   sums.touching += touches;
   const double friction_stiffness = m.friction * normal.stiffness;
-  const ContactStiffness felt = stiffness_along(n, normal.bound, friction_stiffness, !one_yarn);
+  // Samples push where they lie, not where their point is.
+  const Vec3 push_direction = one_yarn || !touches ? n : Vec3((normal.on_first + normal.on_second).normalized());
+  const ContactStiffness felt = stiffness_along(push_direction, normal.bound, friction_stiffness, !one_yarn);
   if (m.friction > 0) {
     const Place on_b{c.segment, q.fraction};
     const Slip slip = one_yarn ? slip_of_node(g, p, on_b, n, distance, at.dt) : slip_of(g, {p, c.fraction}, on_b, n, distance, at.dt);
