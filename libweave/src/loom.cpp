@@ -494,26 +494,20 @@ OrderCheck check_order(const Case& c, const LoomLayout& layout, const Model& m, 
   for (std::size_t k = 0; k < fibers_of_weft.size(); ++k) {
     const int pick = weft_low + static_cast<int>(k) - warps;
     for (int w = 0; w < warps; ++w) {
-      // Fiber by fiber of the weft against the warp's middle there: a yarn may be spread far along the warp.
+      // Fiber by fiber: a yarn may be spread far along the other.
       const int wanted = layout.matrix(pick % c.picks_per_cell(), w);
       Vec3 weft = Vec3::Zero();
       int right = 0, wrong = 0;
       for (const std::uint32_t f : fibers_of_weft[k]) {
         const Vec3 at = periodic_fiber_at_y(m, s.x, f, layout.warps[w].y);
-        double z = 0;
-        int count = 0;
         for (const std::uint32_t g : fibers_of_warp[w]) {
-          const std::optional<Vec3> crossing = fiber_at_x(m, s.x, g, at.x());
-          if (!crossing) continue;
-          z += crossing->z();
-          ++count;
+          const int side = passes_over(m, s.x, g, at);
+          right += side == wanted;
+          wrong += side == -wanted;
         }
-        if (count == 0) continue;
-        ++((z / count - at.z()) * wanted > 0 ? right : wrong);
-        weft += at;
+        weft += at / static_cast<double>(fibers_of_weft[k].size());
       }
       if (wrong <= right) continue;
-      weft /= right + wrong;
       if (result.violations++ == 0) {
         result.first = fmt::format("warp {} lies {} weft {} at x = {:.4g} mm, y = {:.4g} mm, but the weaving matrix puts it {}", w + 1,
                                    wanted > 0 ? "under" : "over", pick + 1, 1e3 * weft.x(), 1e3 * weft.y(), wanted > 0 ? "over" : "under");

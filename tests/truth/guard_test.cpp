@@ -6,6 +6,7 @@
 
 #include "scenes/scenes.hpp"
 #include "weave/case.hpp"
+#include "weave/fiber_path.hpp"
 #include "weave/loom.hpp"
 
 namespace {
@@ -99,6 +100,18 @@ TEST(guard, weft_on_the_wrong_side_of_a_warp_is_found) {
   const weave::OrderCheck swapped = check_order(c, layout, model, state);
   EXPECT_EQ(swapped.violations, 1);  // the first row raises one of the three warps
   EXPECT_THAT(swapped.first, HasSubstr("warp 1 lies under weft 1"));
+}
+
+TEST(guard, warp_that_doubles_back_passes_over_what_lies_inside_its_bend) {
+  // A binder beaten up beyond its own ascent: from the lower left it rises leaning back and goes on to the right.
+  Scene scene = empty_scene(glass_fiber());
+  add(scene, chain_through({Vec3(-5, 0, -1), Vec3(1, 0, -1), Vec3(-1, 0, 1), Vec3(5, 0, 1)}));
+  const auto side = [&](double x, double z) { return passes_over(scene.model, scene.state.x, 0, Vec3(x, 0, z)); };
+  EXPECT_EQ(side(-0.5, 0), -1);  // left of the ascent, between the two bends
+  EXPECT_EQ(side(0.5, 0), 1);    // right of it
+  EXPECT_EQ(side(0, 2), -1);
+  EXPECT_EQ(side(0, -2), 1);
+  EXPECT_EQ(side(6, 0), 0);      // beyond the fiber's end
 }
 
 }  // namespace
