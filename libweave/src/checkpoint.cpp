@@ -28,13 +28,8 @@ auto scalars_of(auto& s) {
 
 /// Calls f with each integer of a contact, const or not, in the order of the file.
 void each_place(auto& c, auto&& f) {
-  if constexpr (requires { c.node; }) {
-    f(c.node);
-    f(c.segment);
-  } else {
-    f(c.segment_a);
-    f(c.segment_b);
-  }
+  f(c.node);
+  f(c.segment);
   f(c.image);
 }
 
@@ -43,17 +38,14 @@ void each_number(auto& c, auto&& f) {
   f(c.spring.along);
   f(c.spring.across);
   f(c.spring.stiffness);
-  if constexpr (requires { c.fraction; }) {
-    f(c.fraction);
-    f(c.asleep_until);
-  }
+  f(c.fraction);
+  f(c.asleep_until);
 }
 
-template <class Contact>
-void write_contacts(Hdf5File& file, const std::string& path, const std::vector<Contact>& contacts) {
+void write_contacts(Hdf5File& file, const std::string& path, const std::vector<LineContact>& contacts) {
   std::vector<std::int64_t> places;
   std::vector<double> numbers;
-  for (const Contact& c : contacts) {
+  for (const LineContact& c : contacts) {
     each_place(c, [&](auto place) { places.push_back(place); });
     each_number(c, [&](auto number) { numbers.push_back(number); });
   }
@@ -61,14 +53,13 @@ void write_contacts(Hdf5File& file, const std::string& path, const std::vector<C
   file.write(path + "_spring", numbers);
 }
 
-template <class Contact>
-std::vector<Contact> read_contacts(const Hdf5File& file, const std::string& path) {
+std::vector<LineContact> read_contacts(const Hdf5File& file, const std::string& path) {
   const auto places = file.read<std::int64_t>(path);
   const auto numbers = file.read<double>(path + "_spring");
-  std::vector<Contact> contacts;
+  std::vector<LineContact> contacts;
   std::size_t place = 0, number = 0;
   while (place < places.size()) {
-    Contact& c = contacts.emplace_back();
+    LineContact& c = contacts.emplace_back();
     each_place(c, [&](auto& p) { p = static_cast<std::remove_reference_t<decltype(p)>>(places.at(place++)); });
     each_number(c, [&](auto& n) { n = static_cast<std::remove_reference_t<decltype(n)>>(numbers.at(number++)); });
   }
@@ -148,12 +139,8 @@ void write_checkpoint(const std::filesystem::path& path, const Checkpoint& c) {
   file.write("/state/travel", s.travel);
   write_contacts(file, "/contacts/line", s.contacts.line);
   file.write("/contacts/line_of", s.contacts.line_of);
-  write_contacts(file, "/contacts/crossing", s.contacts.crossing);
-  file.write("/contacts/crossing_of", s.contacts.crossing_of);
-  file.write("/contacts/active_line", s.contacts.active_line.number);
-  file.write("/contacts/active_line_of", s.contacts.active_line.of);
-  file.write("/contacts/active_crossing", s.contacts.active_crossing.number);
-  file.write("/contacts/active_crossing_of", s.contacts.active_crossing.of);
+  file.write("/contacts/active", s.contacts.active.number);
+  file.write("/contacts/active_of", s.contacts.active.of);
   write_history(file, c.history);
   file.commit();
 }
@@ -189,14 +176,10 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
   s.moved = file.read<double>("/state/moved");
   s.x_pick = read_vectors(file, "/state/x_pick");
   s.travel = file.read<double>("/state/travel");
-  s.contacts.line = read_contacts<LineContact>(file, "/contacts/line");
+  s.contacts.line = read_contacts(file, "/contacts/line");
   s.contacts.line_of = file.read<std::uint32_t>("/contacts/line_of");
-  s.contacts.crossing = read_contacts<CrossingContact>(file, "/contacts/crossing");
-  s.contacts.crossing_of = file.read<std::uint32_t>("/contacts/crossing_of");
-  s.contacts.active_line.number = file.read<std::uint32_t>("/contacts/active_line");
-  s.contacts.active_line.of = file.read<std::uint32_t>("/contacts/active_line_of");
-  s.contacts.active_crossing.number = file.read<std::uint32_t>("/contacts/active_crossing");
-  s.contacts.active_crossing.of = file.read<std::uint32_t>("/contacts/active_crossing_of");
+  s.contacts.active.number = file.read<std::uint32_t>("/contacts/active");
+  s.contacts.active.of = file.read<std::uint32_t>("/contacts/active_of");
   c.history = read_history(file);
   return c;
 }

@@ -8,8 +8,6 @@
 namespace weave {
 namespace {
 
-/// Near an end of a bar its neighbor may be closer to a crossing bar: it is looked at within this fraction of the length.
-constexpr double end_zone = 0.2;
 constexpr int walk_limit = 50;
 /// Two bars are equally close at the vertex they share: the one at hand is kept against round-off, as their angles, and shares, differ.
 constexpr double nearer = 1 - 1e-9;
@@ -52,21 +50,6 @@ inline OnBar nearest_on_bar(const FiberGeometry& g, const Vec3& point, std::uint
   const double clamped = std::clamp(along, 0.0, g.bar_length[s]);
   r -= clamped * g.bar_tangent[s];
   return {along * g.bar_inverse[s], clamped * g.bar_inverse[s], r, r.squaredNorm()};
-}
-
-PolylinePair nearest_on_bars(const FiberGeometry& g, std::uint32_t a, std::uint32_t b, double shift) {
-  Vec3 r = g.x[a] - g.x[b];
-  r.y() -= shift;
-  const Vec3& ta = g.bar_tangent[a];
-  const Vec3& tb = g.bar_tangent[b];
-  const double la = g.bar_length[a], lb = g.bar_length[b];
-  const double c = ta.dot(tb), ra = r.dot(ta), rb = r.dot(tb);
-  const double det = std::max(1 - c * c, 1e-12);
-  double s = std::clamp((c * rb - ra) / det, 0.0, la);
-  double t = std::clamp(rb + c * s, 0.0, lb);
-  s = std::clamp(c * t - ra, 0.0, la);
-  r += s * ta - t * tb;
-  return {s / la, t / lb, r, r.squaredNorm()};
 }
 
 double stored_in(const FrictionSpring& f) {
@@ -201,7 +184,7 @@ inline ContactStiffness stiffness_along(const Vec3& n, double normal, double fri
 /// Normal force of a contact, summed over its samples.
 struct NormalSum {
   Vec3 on_first = Vec3::Zero(), on_second = Vec3::Zero();  ///< on the nodes of the point's bar [N]
-  double force = 0, stiffness = 0;                         ///< sums of magnitudes [N], of slopes [N/m]
+  double stiffness = 0;                                    ///< sum of slopes [N/m]
   double bound = 0;                                        ///< on the stiffness along the normal that a node can feel [N/m]
 };
 
@@ -215,7 +198,6 @@ inline void push(const Target& at, const PairLaw& law, const PolylinePoint& q, d
   const double bound = weight * stiffness * (1 + ratio);
   sum.on_first += (1 - eta) * pull;
   sum.on_second += eta * pull;
-  sum.force += weight * force;
   sum.stiffness += weight * stiffness;
   sum.bound += bound;
   if (!reaction.active) reaction = {Vec3::Zero(), Vec3::Zero(), stiffness_along(unit_normal(law, q, distance), 0, 0, false), static_cast<float>(q.fraction), segment, true};
@@ -245,7 +227,7 @@ inline bool push_samples_on_bar(const Target& at, const LineContact& c, const Pa
 
   const double w = weight / samples * law.line;
   double force_0 = 0, force_1 = 0, force_2 = 0;  // sums of w f / r times powers of t
-  double force = 0, stiffness = 0, bound = 0, deepest = 0;
+  double stiffness = 0, bound = 0, deepest = 0;
   for (int k = 0; k < samples; ++k) {
     const double t = sample_offset(k) * cell;
     const double r2 = q.distance2 + 2 * t * r0u + t * t * u2;
@@ -254,7 +236,6 @@ inline bool push_samples_on_bar(const Target& at, const LineContact& c, const Pa
     force_0 += per_r;
     force_1 += per_r * t;
     force_2 += per_r * t * t;
-    force += slope * overlap;
     stiffness += 1.5 * slope;
     bound += 1.5 * slope * (1 + overlap * law.inverse_reach);
     deepest = std::max(deepest, overlap);
@@ -263,7 +244,7 @@ inline bool push_samples_on_bar(const Target& at, const LineContact& c, const Pa
   if (deepest <= 0) return true;
   const Vec3 pull = force_0 * q.separation + force_1 * u, moment = force_1 * q.separation + force_2 * u;
   const double eta = c.fraction, xi = q.fraction, turn = shift * g.bar_inverse[s];
-  sum = {(1 - eta) * pull - moment, eta * pull + moment, force, stiffness, bound};
+  sum = {(1 - eta) * pull - moment, eta * pull + moment, stiffness, bound};
   reaction = {turn * moment - (1 - xi) * pull, -turn * moment - xi * pull, stiffness_along(pull.normalized(), bound, 0, true), static_cast<float>(xi), s, true};
   note_overlap(deepest * law.inverse_reach, c.node, s, sums);
   return true;
@@ -308,8 +289,9 @@ void line_contact(const Target& at, LineContact& c, const LineContact* before, s
   const PairLaw& law = m.pair_law(at.fiber, other);
   const PolylinePoint q = follow(m, g, contact_point(g, c), c.segment, c.image);
   const bool one_yarn = meets_at_nodes(m, at.fiber, other);
-  // Half of the pair's length; the other half comes from the other fiber's points.
-  const double weight = 0.5 * (one_yarn ? m.tributary[p] : m.point_length[at.fiber]);
+  // Half of the pair's length; the other half comes from the other fiber's points, but for a reed bar, which has none.
+  const bool on_reed = m.role[other] == Role::reed;
+  const double weight = (on_reed ? 1 : 0.5) * (one_yarn ? m.tributary[p] : m.point_length[at.fiber]);
   if (before != nullptr && have_met(m, *before, c)) return release(c.spring, sums.slip_loss);
   if (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.segment, c.image)) return release(c.spring, sums.slip_loss);
   const double near = (one_yarn ? 1 : near_touch) * law.reach;
@@ -333,14 +315,18 @@ void line_contact(const Target& at, LineContact& c, const LineContact* before, s
   }
   sums.touching += touches;
   const double friction_stiffness = m.friction * normal.stiffness;
-  // Samples push where they lie, not where their point is.
-  const Vec3 push_direction = one_yarn || !touches ? n : Vec3((normal.on_first + normal.on_second).normalized());
-  const ContactStiffness felt = stiffness_along(push_direction, normal.bound, friction_stiffness, !one_yarn);
+  const Vec3 pushed = normal.on_first + normal.on_second;
+  // A reed bar does not give way, which halves what its touch adds to a frequency.
+  const double share = on_reed ? 0.5 : 1;
+  const ContactStiffness felt = stiffness_along(touches ? Vec3(pushed.normalized()) : n, share * normal.bound, share * friction_stiffness, !one_yarn);
   if (m.friction > 0) {
     const Place on_b{c.segment, q.fraction};
     const Slip slip = one_yarn ? slip_of_node(g, p, on_b, n, distance, at.dt) : slip_of(g, {p, c.fraction}, on_b, n, distance, at.dt);
     if (!touches) return part(c.spring, slip, sums.slip_loss);
-    slide(c.spring, slip, friction_stiffness, m.friction * normal.force, sums.slip_loss);
+    // Beside the middle of a crossing the samples also push along the fiber, which is no normal force of the two fibers.
+    const double along = pushed.dot(g.bar_tangent[p]);
+    const double normal_force = std::sqrt(std::max(pushed.squaredNorm() - along * along, 0.0));
+    slide(c.spring, slip, friction_stiffness, m.friction * normal_force, sums.slip_loss);
     const Drag drag = drag_of(c.spring, slip, g.bar_tangent[p], g.bar_tangent[c.segment], n);
     const double eta = c.fraction;
     normal.on_first += (1 - eta) * drag.force - drag.couple_a;
@@ -402,41 +388,6 @@ void node_contact(const Target& at, LineContact& c, Reaction& reaction, ContactS
   if (at.with_energy) sums.energy += weight * law.line_energy(overlap);
 }
 
-void crossing_contact(const Target& at, CrossingContact& k, Reaction& reaction, ContactSums& sums) {
-  const Model& m = at.model;
-  const FiberGeometry& g = at.g;
-  const PolylinePair q = walk_to_pair(m, g, k.segment_a, k.segment_b, k.image);
-  const std::uint32_t a = k.segment_a, b = k.segment_b;
-  const PairLaw& law = m.pair_law(at.fiber, m.fiber_of[b]);
-  if (q.distance2 >= law.reach * law.reach && k.spring.stiffness <= 0) return;
-  const double distance = std::sqrt(q.distance2), s = q.fraction_a, t = q.fraction_b;
-  const Vec3 n = q.separation / std::max(distance, 1e-3 * law.reach);
-  const Slip slip = slip_of(g, {a, s}, {b, t}, n, distance, at.dt);
-  if (distance >= law.reach) return part(k.spring, slip, sums.slip_loss);
-  const double overlap = law.reach - distance;
-  note_overlap(overlap / law.reach, a, b, sums);
-  ++sums.touching;
-  const double fn = law.crossing_force(overlap);
-  const double kn = law.crossing_stiffness(overlap);
-
-  Drag drag{fn * n, Vec3::Zero(), Vec3::Zero()};  // with the normal force
-  if (m.friction > 0) {
-    slide(k.spring, slip, m.friction * kn, m.friction * fn, sums.slip_loss);
-    drag = drag_of(k.spring, slip, g.bar_tangent[a], g.bar_tangent[b], n);
-    drag.force += fn * n;
-  }
-  const ContactStiffness felt = stiffness_along(n, kn * (1 + overlap / law.reach), m.friction * kn, true);
-  at.force[a] += (1 - s) * drag.force - drag.couple_a;
-  at.force[a + 1] += s * drag.force + drag.couple_a;
-  felt.add_to(at.stiffness[a], 1 - s, g.bar_tangent[b]);
-  felt.add_to(at.stiffness[a + 1], s, g.bar_tangent[b]);
-  reaction = {-(1 - t) * drag.force - drag.couple_b, -t * drag.force + drag.couple_b, felt, static_cast<float>(t), b, true};
-  if (at.with_energy) {
-    sums.energy += law.crossing_energy(overlap);
-    sums.friction_store += stored_in(k.spring);
-  }
-}
-
 void add_reaction(const Reaction& r, const Vec3& tangent, std::span<Vec3> force, std::span<DirectionalStiffness> stiffness) {
   force[r.segment] += r.on_first;
   force[r.segment + 1] += r.on_second;
@@ -452,6 +403,7 @@ void let_sleep(const Model& m, const FiberGeometry& g, std::uint32_t fiber, doub
 }
 
 bool meets_at_nodes(const Model& m, std::uint32_t fiber_a, std::uint32_t fiber_b) {
+  if (m.role[fiber_b] == Role::reed) return false;
   return m.node_contact || (m.yarn[fiber_a] == m.yarn[fiber_b] && m.role[fiber_a] == m.role[fiber_b]);
 }
 
@@ -483,79 +435,42 @@ PolylinePoint walk_to_point(const Model& m, const FiberGeometry& g, const Vec3& 
   return {here.fraction, here.separation, here.distance2};
 }
 
-PolylinePair walk_to_pair(const Model& m, const FiberGeometry& g, std::uint32_t& a, std::uint32_t& b, std::int32_t& image) {
-  PolylinePair here = nearest_on_bars(g, a, b, image * m.period_y);
-  const auto try_step = [&](const Step& to, bool on_a) {
-    if (!to.exists) return false;
-    const std::uint32_t na = on_a ? to.segment : a, nb = on_a ? b : to.segment;
-    const std::int32_t ni = image + (on_a ? -to.wrap : to.wrap);
-    const PolylinePair there = nearest_on_bars(g, na, nb, ni * m.period_y);
-    if (there.distance2 >= nearer * here.distance2) return false;
-    here = there;
-    a = na;
-    b = nb;
-    image = ni;
-    return true;
-  };
-  for (int i = 0; i < walk_limit; ++i) {
-    bool moved = false;
-    if (here.fraction_a < end_zone) moved = try_step(previous_bar(m, a), true);
-    else if (here.fraction_a > 1 - end_zone) moved = try_step(next_bar(m, a), true);
-    if (here.fraction_b < end_zone) moved = try_step(previous_bar(m, b), false) || moved;
-    else if (here.fraction_b > 1 - end_zone) moved = try_step(next_bar(m, b), false) || moved;
-    if (!moved) break;
-  }
-  return here;
-}
-
 ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry, std::uint32_t fiber, double dt, bool with_energy,
                               ContactList& contacts, std::span<Vec3> force, std::span<DirectionalStiffness> stiffness) {
   ContactSums sums;
   const Target at{model, geometry, fiber, dt, with_energy, force, stiffness};
   std::array<Reaction, 2> reaction;
-  const auto keep = [&](ActiveContacts& active, std::uint32_t i) {
+  ActiveContacts& active = contacts.active;
+  const LineContact* before = nullptr;
+  for (std::uint32_t i = active.of[fiber]; i < active.of[fiber + 1]; ++i) {
+    LineContact& contact = contacts.line[active.number[i]];
     active.reacts[i] = 0;
+    if (geometry.travel[contact.node] + geometry.travel[contact.segment] < contact.asleep_until) continue;
+    if (model.node_contact && model.role[model.fiber_of[contact.segment]] != Role::reed) {
+      node_contact(at, contact, reaction[0], sums);
+    } else {
+      line_contact(at, contact, before, reaction, sums);
+      before = &contact;
+    }
     for (std::uint32_t k = 0; k < 2; ++k) {
       if (!reaction[k].active) continue;
       active.reacts[i] |= static_cast<std::uint8_t>(1U << k);
       active.reaction[2 * i + k] = reaction[k];
       reaction[k].active = false;
     }
-  };
-  ActiveContacts& lines = contacts.active_line;
-  const LineContact* before = nullptr;
-  for (std::uint32_t i = lines.of[fiber]; i < lines.of[fiber + 1]; ++i) {
-    LineContact& contact = contacts.line[lines.number[i]];
-    if (geometry.travel[contact.node] + geometry.travel[contact.segment] < contact.asleep_until) {
-      lines.reacts[i] = 0;
-      continue;
-    }
-    if (model.node_contact) {
-      node_contact(at, contact, reaction[0], sums);
-    } else {
-      line_contact(at, contact, before, reaction, sums);
-      before = &contact;
-    }
-    keep(lines, i);
-  }
-  ActiveContacts& crossings = contacts.active_crossing;
-  for (std::uint32_t i = crossings.of[fiber]; i < crossings.of[fiber + 1]; ++i) {
-    crossing_contact(at, contacts.crossing[crossings.number[i]], reaction[0], sums);
-    keep(crossings, i);
   }
   return sums;
 }
 
 void gather_reactions(const FiberGeometry& geometry, const ContactList& contacts, std::uint32_t fiber, std::span<Vec3> force,
                       std::span<DirectionalStiffness> stiffness) {
-  for (const ActiveContacts* active : {&contacts.active_line, &contacts.active_crossing}) {
-    for (std::uint32_t i = active->target_of[fiber]; i < active->target_of[fiber + 1]; ++i) {
-      const std::uint32_t contact = active->target[i];
-      for (std::uint32_t k = 0; k < 2; ++k) {
-        if (!(active->reacts[contact] >> k & 1U)) continue;
-        const Reaction& reaction = active->reaction[2 * contact + k];
-        add_reaction(reaction, geometry.bar_tangent[reaction.segment], force, stiffness);
-      }
+  const ActiveContacts& active = contacts.active;
+  for (std::uint32_t i = active.target_of[fiber]; i < active.target_of[fiber + 1]; ++i) {
+    const std::uint32_t contact = active.target[i];
+    for (std::uint32_t k = 0; k < 2; ++k) {
+      if (!(active.reacts[contact] >> k & 1U)) continue;
+      const Reaction& reaction = active.reaction[2 * contact + k];
+      add_reaction(reaction, geometry.bar_tangent[reaction.segment], force, stiffness);
     }
   }
 }

@@ -156,7 +156,7 @@ void Engine::share_out() {
   std::vector<std::vector<std::uint32_t>> of_thread(threads);
   const auto& contacts = state_.contacts;
   const auto cost = [&](std::uint32_t f) {
-    return node_cost * model_.own_nodes(f) + (contacts.active_line.of[f + 1] - contacts.active_line.of[f]);
+    return node_cost * model_.own_nodes(f) + (contacts.active.of[f + 1] - contacts.active.of[f]);
   };
   for (const Role role : {Role::reed, Role::warp, Role::weft}) {
     double all = 0, before = 0;
@@ -318,6 +318,7 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
     }
     sums.speed2 = drive.reed_velocity.squaredNorm();
     refresh_geometry(f);
+    add_travel(f);
     return;
   }
 

@@ -110,7 +110,6 @@ void put_together(const Rebuild& r, Model& m, State& s) {
   // Contacts whose nodes all stay keep their friction; a bar is known by its first node.
   ContactList contacts;
   contacts.line_of.assign(next.fibers() + 1, 0);
-  contacts.crossing_of.assign(next.fibers() + 1, 0);
   const ContactList& old = s.contacts;
   std::vector<std::uint32_t> old_fiber(next.fibers(), none);
   for (std::uint32_t f = 0; f < m.fibers(); ++f) {
@@ -129,16 +128,8 @@ void put_together(const Rebuild& r, Model& m, State& s) {
         c.asleep_until = 0;
         contacts.line.push_back(c);
       }
-      for (std::uint32_t i = old.crossing_of[o]; i < old.crossing_of[o + 1]; ++i) {
-        CrossingContact c = old.crossing[i];
-        if (!bar_stays(c.segment_a) || !bar_stays(c.segment_b)) continue;
-        c.segment_a = new_node[c.segment_a];
-        c.segment_b = new_node[c.segment_b];
-        contacts.crossing.push_back(c);
-      }
     }
     contacts.line_of[f + 1] = static_cast<std::uint32_t>(contacts.line.size());
-    contacts.crossing_of[f + 1] = static_cast<std::uint32_t>(contacts.crossing.size());
   }
   m = std::move(next);
   s.x = std::move(x);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <span>
 
 namespace weave {
@@ -38,36 +37,11 @@ int bars_between(const Model& m, const LineContact& a, const LineContact& b) {
   return wrapped_difference(a.segment, b.segment, chain_period(m, f));
 }
 
-bool same_crossing(const Model& m, const CrossingContact& a, const CrossingContact& b) {
-  const std::uint32_t fa = m.fiber_of[a.segment_a], fb = m.fiber_of[a.segment_b];
-  return fb == m.fiber_of[b.segment_b] && wrapped_difference(a.segment_a, b.segment_a, chain_period(m, fa)) <= 2 &&
-         wrapped_difference(a.segment_b, b.segment_b, chain_period(m, fb)) <= 2;
-}
-
-/// Two crossings of the same two fibers that have ended at the same bars or at neighbors.
-bool same_place(const Model& m, const CrossingContact& a, const CrossingContact& b) {
-  const std::uint32_t fa = m.fiber_of[a.segment_a], fb = m.fiber_of[a.segment_b];
-  if (fb != m.fiber_of[b.segment_b]) return false;
-  if (!m.periodic[fa] && !m.periodic[fb] && a.image != b.image) return false;
-  return wrapped_difference(a.segment_a, b.segment_a, chain_period(m, fa)) <= 1 &&
-         wrapped_difference(a.segment_b, b.segment_b, chain_period(m, fb)) <= 1;
-}
-
 double distance2_to_bar(const FiberGeometry& g, const Vec3& point, std::uint32_t s) {
   Vec3 r = point - g.x[s];
   const double along = std::clamp(r.dot(g.bar_tangent[s]), 0.0, g.bar_length[s]);
   r -= along * g.bar_tangent[s];
   return r.squaredNorm();
-}
-
-void sort_targets(std::size_t fibers, std::size_t contacts, auto&& fiber_of_contact, std::vector<std::uint32_t>& start,
-                  std::vector<std::uint32_t>& order) {
-  start.assign(fibers + 1, 0);
-  for (std::size_t i = 0; i < contacts; ++i) ++start[fiber_of_contact(i) + 1];
-  for (std::size_t f = 0; f < fibers; ++f) start[f + 1] += start[f];
-  order.resize(contacts);
-  std::vector<std::uint32_t> at(start.begin(), start.end() - 1);
-  for (std::size_t i = 0; i < contacts; ++i) order[at[fiber_of_contact(i)]++] = static_cast<std::uint32_t>(i);
 }
 
 }  // namespace
@@ -133,9 +107,8 @@ void NeighborSearch::bin_segments(const Model& m, const FiberGeometry& g, double
 }
 
 void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::uint32_t fiber, double skin, double active_x_max,
-                                  const std::vector<std::uint8_t>& stale, const ContactList& old, PerFiber& found) const {
-  found.line.clear();
-  found.crossing.clear();
+                                  const std::vector<std::uint8_t>& stale, const ContactList& old, std::vector<LineContact>& found) const {
+  found.clear();
   if (m.role[fiber] == Role::reed) return;
   const std::uint32_t begin = m.first[fiber], end = begin + m.own_nodes(fiber);
   const double bar_fiber = m.rest_length[begin];
@@ -147,7 +120,6 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
   const bool periodic = m.period_y > 0;
   const int range_y = static_cast<int>(std::ceil(reach_middle / bins_.size.y()));
   std::vector<Candidate> candidates;
-  std::vector<double> crossing_distance2;  // of found.crossing
   const auto old_begin = old.line.begin() + (old.line_of.empty() ? 0 : old.line_of[fiber]);
   const auto old_end = old.line.begin() + (old.line_of.empty() ? 0 : old.line_of[fiber + 1]);
   std::vector<std::uint8_t> taken(static_cast<std::size_t>(old_end - old_begin), 0);
@@ -167,7 +139,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
       contact = *same;  // with the bar it had followed
       taken[static_cast<std::size_t>(same - old_begin)] = 1;
     }
-    found.line.push_back(contact);
+    found.push_back(contact);
   };
   // A bent fiber may be near a point at several places, which become contacts of their own: bars nearer than the one before and after.
   std::vector<double> bar_distance2;
@@ -181,27 +153,17 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
     }
   };
 
-  const auto add_crossing = [&](std::uint32_t segment_a, std::uint32_t segment_b, std::int32_t image) {
-    CrossingContact k;
-    k.segment_a = segment_a;
-    k.segment_b = segment_b;
-    k.image = image;
-    const PolylinePair q = walk_to_pair(m, g, k.segment_a, k.segment_b, k.image);
-    const double reach = m.pair_law(fiber, m.fiber_of[k.segment_b]).reach + skin;
-    if (q.distance2 >= reach * reach) return;
-    found.crossing.push_back(k);
-    crossing_distance2.push_back(q.distance2);
-  };
-
   // Reed bars: long and few, so every bar is asked for its distance in the plane normal to it.
   const auto find_reed = [&](std::uint32_t p) {
     for (std::uint32_t bar = 0; bar < m.fibers() && m.role[bar] == Role::reed; ++bar) {
       const std::uint32_t s = m.first[bar];
-      Vec3 r = g.x[p] - g.x[s];
-      const double turns = periodic ? std::round(r.y() / m.period_y) : 0;
-      r.y() -= turns * m.period_y;
-      const double reach = m.pair_law(fiber, bar).reach + skin + bar_fiber;
-      if (r.x() * r.x() + r.y() * r.y() < reach * reach) add_crossing(m.rest_length[p] > 0 ? p : p - 1, s, static_cast<std::int32_t>(turns));
+      const Vec3 r = g.x[p] - g.x[s];
+      const double reach = m.pair_law(fiber, bar).reach + skin + half_bar;
+      if (std::abs(r.x()) > reach) continue;
+      const double from = periodic ? std::ceil((r.y() - reach) / m.period_y) : 0, to = periodic ? std::floor((r.y() + reach) / m.period_y) : 0;
+      for (auto image = static_cast<std::int32_t>(from); image <= static_cast<std::int32_t>(to); ++image) {
+        candidates.push_back({bar, image, 0, s, image});
+      }
     }
   };
   // The contacts of a node: of its own and at the points of the halves of the bars that meet in it.
@@ -209,7 +171,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
     const auto keep = [&](std::uint32_t bar, bool second_half) {
       auto o = std::lower_bound(old_begin, old_end, bar, [](const LineContact& c, std::uint32_t node) { return c.node < node; });
       for (; o != old_end && o->node == bar; ++o) {
-        if ((o->fraction >= 0.5F) == second_half) found.line.push_back(*o);
+        if ((o->fraction >= 0.5F) == second_half && m.role[m.fiber_of[o->segment]] != Role::reed) found.push_back(*o);
       }
     };
     keep(p, false);
@@ -220,12 +182,63 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
     }
   };
 
+  // Makes contacts of the bars near a node, run by run along the fibers that they belong to.
+  const auto add_candidates = [&](std::uint32_t p) {
+    const Vec3& x = g.x[p];
+    std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+      if (a.fiber != b.fiber) return a.fiber < b.fiber;
+      if (a.image_key != b.image_key) return a.image_key < b.image_key;
+      return a.chain < b.chain;
+    });
+    for (std::size_t i = 0; i < candidates.size();) {
+      std::size_t j = i + 1;
+      while (j < candidates.size() && candidates[j].fiber == candidates[i].fiber && candidates[j].image_key == candidates[i].image_key &&
+             candidates[j].chain <= candidates[j - 1].chain + 1) {
+        ++j;
+      }
+      const std::span<const Candidate> run(candidates.data() + i, j - i);
+      i = j;
+      const double reach = m.pair_law(fiber, run.front().fiber).reach + skin;
+      if (meets_at_nodes(m, fiber, run.front().fiber)) {
+        each_place(x, run, reach, [&](const Candidate& c, double d2) {
+          add_line({.node = p, .segment = c.segment, .image = c.image, .spring = {}}, d2);
+        });
+        continue;
+      }
+      // The points on the halves of the two bars that meet in p.
+      for (int k = 0; k < points; ++k) {
+        const double eta = (k + 0.5) / points;
+        LineContact contact;
+        contact.fraction = static_cast<float>(eta);
+        Vec3 point;
+        std::int32_t seam = 0;
+        if (eta < 0.5) {
+          if (m.rest_length[p] <= 0) continue;
+          contact.node = p;
+          point = contact_point(g, contact);
+        } else {
+          if (p == begin && !m.periodic[fiber]) continue;
+          contact.node = p > begin ? p - 1 : m.last(fiber) - 1;
+          seam = p > begin ? 0 : 1;
+          point = contact_point(g, contact) - Vec3(0, seam * m.period_y, 0);
+        }
+        each_place(point, run, reach, [&](const Candidate& c, double d2) {
+          contact.segment = c.segment;
+          contact.image = c.image + seam;
+          add_line(contact, d2);
+        });
+      }
+    }
+  };
+
   for (std::uint32_t p = begin; p < end; ++p) {
     const Vec3& x = g.x[p];
     if (x.x() > active_x_max) continue;
+    candidates.clear();
     if (!stale[p]) {
       keep_old(p);
       find_reed(p);
+      add_candidates(p);
       continue;
     }
     std::int32_t wrap = 0;
@@ -234,7 +247,6 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
       wrap = static_cast<std::int32_t>(std::floor(x.y() / m.period_y));
       folded.y() -= wrap * m.period_y;
     }
-    candidates.clear();
     const auto cell_range = [&](int axis, int n) {
       const double u = (folded[axis] - bins_.origin[axis]) / bins_.size[axis];
       const double r = reach_middle / bins_.size[axis];
@@ -281,77 +293,11 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
         }
       }
     }
-    std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
-      if (a.fiber != b.fiber) return a.fiber < b.fiber;
-      if (a.image_key != b.image_key) return a.image_key < b.image_key;
-      return a.chain < b.chain;
-    });
-    for (std::size_t i = 0; i < candidates.size();) {
-      std::size_t j = i + 1;
-      while (j < candidates.size() && candidates[j].fiber == candidates[i].fiber && candidates[j].image_key == candidates[i].image_key &&
-             candidates[j].chain <= candidates[j - 1].chain + 1) {
-        ++j;
-      }
-      const std::span<const Candidate> run(candidates.data() + i, j - i);
-      i = j;
-      const double reach = m.pair_law(fiber, run.front().fiber).reach + skin;
-      if (meets_at_nodes(m, fiber, run.front().fiber)) {
-        each_place(x, run, reach, [&](const Candidate& c, double d2) {
-          add_line({.node = p, .segment = c.segment, .image = c.image, .spring = {}}, d2);
-        });
-        continue;
-      }
-      // The points on the halves of the two bars that meet in p.
-      for (int k = 0; k < points; ++k) {
-        const double eta = (k + 0.5) / points;
-        LineContact contact;
-        contact.fraction = static_cast<float>(eta);
-        Vec3 point;
-        std::int32_t seam = 0;
-        if (eta < 0.5) {
-          if (m.rest_length[p] <= 0) continue;
-          contact.node = p;
-          point = contact_point(g, contact);
-        } else {
-          if (p == begin && !m.periodic[fiber]) continue;
-          contact.node = p > begin ? p - 1 : m.last(fiber) - 1;
-          seam = p > begin ? 0 : 1;
-          point = contact_point(g, contact) - Vec3(0, seam * m.period_y, 0);
-        }
-        each_place(point, run, reach, [&](const Candidate& c, double d2) {
-          contact.segment = c.segment;
-          contact.image = c.image + seam;
-          add_line(contact, d2);
-        });
-      }
-    }
     find_reed(p);
+    add_candidates(p);
   }
 
-  std::stable_sort(found.line.begin(), found.line.end(), [](const LineContact& a, const LineContact& b) { return a.node < b.node; });
-
-  // One crossing may be found from several nodes: keep the nearest of those that ended in the same place.
-  std::vector<std::size_t> order(found.crossing.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return crossing_distance2[i] < crossing_distance2[j]; });
-  std::vector<CrossingContact> unique;
-  for (const std::size_t i : order) {
-    const CrossingContact& k = found.crossing[i];
-    if (std::none_of(unique.begin(), unique.end(), [&](const CrossingContact& u) { return same_place(m, u, k); })) unique.push_back(k);
-  }
-  if (!old.crossing_of.empty()) {
-    std::vector<bool> gone_on(old.crossing_of[fiber + 1] - old.crossing_of[fiber]);
-    for (CrossingContact& k : unique) {
-      for (std::uint32_t o = old.crossing_of[fiber]; o < old.crossing_of[fiber + 1]; ++o) {
-        const std::size_t place = o - old.crossing_of[fiber];
-        if (gone_on[place] || !same_crossing(m, old.crossing[o], k)) continue;
-        gone_on[place] = true;
-        if (old.crossing[o].spring.stiffness > 0) k = old.crossing[o];
-        break;
-      }
-    }
-  }
-  found.crossing.swap(unique);
+  std::stable_sort(found.begin(), found.end(), [](const LineContact& a, const LineContact& b) { return a.node < b.node; });
 }
 
 namespace {
@@ -415,73 +361,54 @@ void NeighborSearch::build(const Model& m, const FiberGeometry& g, double skin, 
   for (std::uint32_t f = 0; f < fibers; ++f) search_fiber(m, g, f, skin, active_x_max, stale_, contacts, found_[f]);
 
   contacts.line.clear();
-  contacts.crossing.clear();
   contacts.line_of.assign(fibers + 1, 0);
-  contacts.crossing_of.assign(fibers + 1, 0);
   for (std::uint32_t f = 0; f < fibers; ++f) {
-    contacts.line.insert(contacts.line.end(), found_[f].line.begin(), found_[f].line.end());
-    contacts.crossing.insert(contacts.crossing.end(), found_[f].crossing.begin(), found_[f].crossing.end());
+    contacts.line.insert(contacts.line.end(), found_[f].begin(), found_[f].end());
     contacts.line_of[f + 1] = static_cast<std::uint32_t>(contacts.line.size());
-    contacts.crossing_of[f + 1] = static_cast<std::uint32_t>(contacts.crossing.size());
   }
 }
 
 void pick_active(const Model& m, const FiberGeometry& g, double skin, ContactList& contacts) {
   const auto fibers = static_cast<std::uint32_t>(m.fibers());
-  std::vector<std::uint32_t> near_line(fibers, 0), near_crossing(fibers, 0);
-  std::vector<std::uint8_t> keep_line(contacts.line.size()), keep_crossing(contacts.crossing.size());
+  std::vector<std::uint32_t> near(fibers, 0);
+  std::vector<std::uint8_t> keep(contacts.line.size());
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::uint32_t f = 0; f < fibers; ++f) {
     for (std::uint32_t i = contacts.line_of[f]; i < contacts.line_of[f + 1]; ++i) {
       LineContact& c = contacts.line[i];
       if (g.travel[c.node] + g.travel[c.segment] < c.asleep_until - skin) {
-        keep_line[i] = false;
+        keep[i] = false;
         continue;
       }
       const PolylinePoint q = walk_to_point(m, g, contact_point(g, c), c.segment, c.image);
       let_sleep(m, g, f, std::sqrt(q.distance2), c);
       const double reach = m.pair_law(f, m.fiber_of[c.segment]).reach + skin;
-      keep_line[i] = q.distance2 < reach * reach;
-      near_line[f] += keep_line[i];
-    }
-    for (std::uint32_t i = contacts.crossing_of[f]; i < contacts.crossing_of[f + 1]; ++i) {
-      CrossingContact& c = contacts.crossing[i];
-      const PolylinePair q = walk_to_pair(m, g, c.segment_a, c.segment_b, c.image);
-      const double reach = m.pair_law(f, m.fiber_of[c.segment_b]).reach + skin;
-      bool near = q.distance2 < reach * reach;
-      // Two that have come to the same place are one: the one that has been touching stays.
-      for (std::uint32_t o = contacts.crossing_of[f]; near && o < i; ++o) {
-        if (keep_crossing[o] && same_place(m, contacts.crossing[o], c)) {
-          if (c.spring.stiffness > contacts.crossing[o].spring.stiffness) std::swap(c, contacts.crossing[o]);
-          near = false;
-        }
-      }
-      keep_crossing[i] = near;
-      near_crossing[f] += near;
+      keep[i] = q.distance2 < reach * reach;
+      near[f] += keep[i];
     }
   }
-  const auto collect = [&](const std::vector<std::uint8_t>& keep, const std::vector<std::uint32_t>& count, ActiveContacts& active) {
-    active.of.assign(fibers + 1, 0);
-    for (std::uint32_t f = 0; f < fibers; ++f) active.of[f + 1] = active.of[f] + count[f];
-    active.number.clear();
-    for (std::uint32_t i = 0; i < keep.size(); ++i) {
-      if (keep[i]) active.number.push_back(i);
-    }
-  };
-  collect(keep_line, near_line, contacts.active_line);
-  collect(keep_crossing, near_crossing, contacts.active_crossing);
+  ActiveContacts& active = contacts.active;
+  active.of.assign(fibers + 1, 0);
+  for (std::uint32_t f = 0; f < fibers; ++f) active.of[f + 1] = active.of[f] + near[f];
+  active.number.clear();
+  for (std::uint32_t i = 0; i < keep.size(); ++i) {
+    if (keep[i]) active.number.push_back(i);
+  }
   index_targets(m, contacts);
 }
 
 void index_targets(const Model& m, ContactList& contacts) {
-  const auto index = [&](ActiveContacts& active, auto&& touched_bar) {
-    active.reacts.assign(active.number.size(), 0);
-    active.reaction.resize(2 * active.number.size());
-    sort_targets(m.fibers(), active.number.size(), [&](std::size_t i) { return m.fiber_of[touched_bar(active.number[i])]; }, active.target_of,
-                 active.target);
-  };
-  index(contacts.active_line, [&](std::uint32_t i) { return contacts.line[i].segment; });
-  index(contacts.active_crossing, [&](std::uint32_t i) { return contacts.crossing[i].segment_b; });
+  ActiveContacts& active = contacts.active;
+  active.reacts.assign(active.number.size(), 0);
+  active.reaction.resize(2 * active.number.size());
+  const auto touched = [&](std::uint32_t i) { return m.fiber_of[contacts.line[active.number[i]].segment]; };
+  const auto count = static_cast<std::uint32_t>(active.number.size());
+  active.target_of.assign(m.fibers() + 1, 0);
+  for (std::uint32_t i = 0; i < count; ++i) ++active.target_of[touched(i) + 1];
+  for (std::size_t f = 0; f < m.fibers(); ++f) active.target_of[f + 1] += active.target_of[f];
+  active.target.resize(count);
+  std::vector<std::uint32_t> at(active.target_of.begin(), active.target_of.end() - 1);
+  for (std::uint32_t i = 0; i < count; ++i) active.target[at[touched(i)]++] = i;
 }
 
 }  // namespace weave

@@ -186,7 +186,7 @@ class WeavingRun {
   }
 
   std::size_t active_contacts() const {
-    return engine_->state().contacts.active_line.number.size() + engine_->state().contacts.active_crossing.number.size();
+    return engine_->state().contacts.active.number.size();
   }
 
   int action_at(const PickTimes& times, double t) const {

@@ -65,7 +65,8 @@ TEST(capstan, each_rod_keeps_the_discrete_law_and_the_drum_converges_to_the_expo
     spec.rods = 4 << i;
     spec.rod_over_bar = 0.02 / (1 << i);  // so that the rods' thickness, a first-order error, vanishes too
     const BeltResult result = draw(spec);
-    EXPECT_LT(result.law_error, 1e-6) << spec.rods;  // drag and inertia of the belt at its last speed
+    // The samples of a crossing push along the fiber by up to 0.01 of the normal force, as measured in friction_path_test.
+    EXPECT_LT(result.law_error, 0.01 * spec.wrap / spec.rods) << spec.rods;
     error[i] = std::abs(result.ratio / truth - 1);
   }
   EXPECT_NEAR(std::log2(error[0] / error[1]), 2, 0.3);

@@ -12,19 +12,18 @@ using weave::Engine;
 using weave::Ledger;
 using weave::Role;
 
-/// Energy of contact, bars and bending, and forces, of a scene at rest with its contact list kept (shares of line and crossing too).
+/// Energy of contact, bars and bending, and forces, of a scene at rest with its contact list kept.
 struct Evaluation {
   double energy = 0;
   std::vector<Vec3> force;
-  std::size_t line = 0, crossing = 0;  ///< listed contacts
+  std::size_t contacts = 0;  ///< listed
 };
 
 Evaluation evaluate(const Scene& scene) {
   Engine engine = scene.engine();
   Ledger ledger;
   engine.step(at_rest(scene.model), &ledger);
-  const auto& contacts = engine.state().contacts;
-  return {ledger.contact + ledger.bending + ledger.bars, engine.force(), contacts.line.size(), contacts.crossing.size()};
+  return {ledger.contact + ledger.bending + ledger.bars, engine.force(), engine.state().contacts.line.size()};
 }
 
 /// Largest difference of the forces from the energy's central differences, over the largest force.

@@ -122,7 +122,7 @@ INSTANTIATE_TEST_SUITE_P(angles, friction_path, testing::Values(0.0, 60.0, 90.0)
                          [](const auto& test) { return std::to_string(static_cast<int>(test.param)); });
 
 TEST(friction_circle, dissipates_force_times_path) {
-  // A fiber along y on a reed bar along z: one contact of fixed normal x.
+  // A fiber along y on a reed bar along z: one crossing of fixed normal x.
   const double d = 1e-4, depth = 0.02 * d, radius = 0.5 * d;
   Scene scene = empty_scene(glass_fiber());
   scene.model.friction = mu;
@@ -142,12 +142,16 @@ TEST(friction_circle, dissipates_force_times_path) {
   const int n = 4000;
   for (int i = 1; i <= n; ++i) pair.move_to(at(2 * pi * i / n));  // runs in
   const double before = pair.ledger().flows.slip, work = pair.work();
-  for (int i = 1; i <= n; ++i) pair.move_to(at(2 * pi * i / n));
+  double mean_normal = 0;  // varies by some percent as the samples of the fiber pass the bar
+  for (int i = 1; i <= n; ++i) {
+    pair.move_to(at(2 * pi * i / n));
+    mean_normal += (pair.force()[2] + pair.force()[3]).x() / n;
+  }
   const Vec3 force = pair.force()[2] + pair.force()[3];
   EXPECT_NEAR(std::hypot(force.y(), force.z()) / (mu * force.x()), 1, 1e-9);  // on the cone
   EXPECT_LT(force.z(), 0);                                                   // against the motion, which ends along +z
   // The force lags by the spring's slip over the radius, 0.02: cosine within 2e-4 of 1.
-  const double expected = mu * force.x() * 2 * pi * radius;
+  const double expected = mu * mean_normal * 2 * pi * radius;
   EXPECT_NEAR((pair.ledger().flows.slip - before) / expected, 1, 1e-3);
   EXPECT_NEAR((pair.work() - work) / expected, 1, 1e-3);
 }

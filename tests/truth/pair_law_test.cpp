@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "weave/contact_law.hpp"
 
@@ -34,23 +33,7 @@ TEST(pair_law, energies_are_the_integrals_of_the_forces) {
     const double overlap = ratio * law.reach;
     // By u = sqrt(delta) the integrand is smooth.
     const double line = integral([](double u) { return 2 * u * law.line_force(u * u); }, 0, std::sqrt(overlap), 2000);
-    const double crossing = integral([](double d) { return law.crossing_force(d); }, 0, overlap, 2000);
     EXPECT_NEAR(law.line_energy(overlap) / line, 1, 1e-10) << ratio;  // round-off of either
-    EXPECT_NEAR(law.crossing_energy(overlap) / crossing, 1, 1e-10) << ratio;
-  }
-}
-
-TEST(pair_law, crossing_law_is_the_line_law_over_a_parabolic_gap) {
-  for (const double overlap : {1e-8, 1e-6, 1e-5}) {
-    const double half = std::sqrt(2 * law.reach * overlap);
-    // s = half sin(angle); the axes' distance in the denominator is that at the crossing.
-    const double expected = integral(
-        [&](double angle) {
-          const double s = half * std::sin(angle), local = std::max(overlap - s * s / (2 * law.reach), 0.0);
-          return law.line_force(local) * (law.reach - local) / (law.reach - overlap) * half * std::cos(angle);
-        },
-        -std::numbers::pi / 2, std::numbers::pi / 2, 2000);
-    EXPECT_NEAR(law.crossing_force(overlap) / expected, 1, 1e-6);  // error of the quadrature near the touching zone's ends
   }
 }
 

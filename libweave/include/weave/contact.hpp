@@ -17,7 +17,8 @@ struct FrictionSpring {
 
 /// Point of one fiber against the closest point of another fiber's poly-line: the line contact of the pair, integrated at points along both
 /// fibers. Fibers of one yarn run side by side and their nodes are points enough; fibers of different yarns may cross, so there the points
-/// are not farther apart than half a diameter, and the law is sampled an eighth of a diameter apart around each that is near a touch.
+/// are not farther apart than half a diameter, and the law is sampled an eighth of a diameter apart around each that is near a touch. A reed
+/// bar has no points of its own: the points of the fibers stand for the whole of their contact with it.
 /// Friction acts on material slip: along the touched fiber the change of the closest point's arc length, and across it, the more the steeper
 /// the fibers cross, the slip along the point's own fiber. No rigid motion alters either; parallel fibers are free to roll over one another.
 struct LineContact {
@@ -27,13 +28,6 @@ struct LineContact {
   float fraction = 0;         ///< of the point along its bar; 0 for the node itself
   FrictionSpring spring;      ///< of the point's own bar on the touched one
   double asleep_until = 0;    ///< travel of the two bars, summed, before which they can not come near a touch [m]
-};
-
-/// Closest points of a fiber and a reed bar, which crosses all fibers: the line contact integrated over the crossing.
-struct CrossingContact {
-  std::uint32_t segment_a = 0, segment_b = 0;
-  std::int32_t image = 0;
-  FrictionSpring spring;
 };
 
 /// How a contact resists motion, for the bound on the time step: `normal` along a unit vector n, `friction` along the touched bar or, where `all_round`, in every direction
@@ -65,9 +59,9 @@ struct Reaction {
   bool active = false;
 };
 
-/// Those contacts of one kind that are near enough to be evaluated.
+/// Those contacts that are near enough to be evaluated.
 struct ActiveContacts {
-  std::vector<std::uint32_t> number;     ///< in the list of its kind, rising
+  std::vector<std::uint32_t> number;     ///< in the list, rising
   std::vector<std::uint32_t> of;         ///< those of fiber f: of[f] ... of[f+1]-1
   std::vector<std::uint32_t> target;     ///< touched side: places in `number` by touched fiber, rising
   std::vector<std::uint32_t> target_of;  ///< as of
@@ -77,11 +71,9 @@ struct ActiveContacts {
 
 /// Everything within the outer skin is listed at a search; what is within the inner skin is picked from the list more often.
 struct ContactList {
-  std::vector<LineContact> line;           ///< sorted by node
-  std::vector<std::uint32_t> line_of;      ///< contacts of fiber f: line_of[f] ... line_of[f+1]-1
-  std::vector<CrossingContact> crossing;   ///< sorted by fiber a
-  std::vector<std::uint32_t> crossing_of;  ///< as line_of
-  ActiveContacts active_line, active_crossing;
+  std::vector<LineContact> line;       ///< sorted by node
+  std::vector<std::uint32_t> line_of;  ///< contacts of fiber f: line_of[f] ... line_of[f+1]-1
+  ActiveContacts active;
 };
 
 /// Geometry that contact reads: positions, velocities and tangents of the present step. Sizes: nodes.
@@ -104,7 +96,7 @@ struct ContactSums {
   std::uint32_t touching = 0;
 };
 
-/// Whether two fibers are of one yarn, so that the nodes are the points of their contact (always by the node-to-node law).
+/// Whether the nodes are the points of the contact of a fiber on another: they are of one yarn, or the law is node-to-node (never on a reed bar).
 bool meets_at_nodes(const Model& model, std::uint32_t fiber_a, std::uint32_t fiber_b);
 Vec3 contact_point(const FiberGeometry& geometry, const LineContact& contact);
 
@@ -112,7 +104,7 @@ Vec3 contact_point(const FiberGeometry& geometry, const LineContact& contact);
 /// result does not change, as only a contact that is near counts.
 void let_sleep(const Model& model, const FiberGeometry& geometry, std::uint32_t fiber, double distance, LineContact& contact);
 
-/// Forces of the contacts owned by `fiber` (its nodes against other fibers, its crossings with later ones). Adds to `force` and `stiffness`
+/// Forces of the contacts owned by `fiber` (its points against other fibers). Adds to `force` and `stiffness`
 /// of the fiber's own nodes only, and stores the reactions; so fibers can be evaluated in any order, on any thread, to the same bits.
 ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry, std::uint32_t fiber, double dt, bool with_energy,
                               ContactList& contacts, std::span<Vec3> force, std::span<DirectionalStiffness> stiffness);
@@ -131,14 +123,5 @@ struct PolylinePoint {
   double distance2 = 0;
 };
 PolylinePoint walk_to_point(const Model& model, const FiberGeometry& geometry, const Vec3& point, std::uint32_t& segment, std::int32_t& image);
-
-/// Closest points of two poly-lines near the given bars, walking along both.
-struct PolylinePair {
-  double fraction_a = 0, fraction_b = 0;
-  Vec3 separation;  ///< from b to a
-  double distance2 = 0;
-};
-PolylinePair walk_to_pair(const Model& model, const FiberGeometry& geometry, std::uint32_t& segment_a, std::uint32_t& segment_b,
-                          std::int32_t& image);
 
 }  // namespace weave

@@ -1,24 +1,20 @@
 #pragma once
 #include <cmath>
-#include <numbers>
 
 namespace weave {
 
 /// Normal law of a pair of digital fibers. Line contact, per length of fiber (Yang 2015, eq. 3-5, unequal radii by the harmonic means of
 /// radius and modulus): f = 4 E_T sqrt(R delta^3) / (3 l_c), with l_c the distance of the axes and delta = D - l_c, D = R1 + R2.
-/// Crossing contact: the same law integrated along a fiber that crosses the other at a right angle, with the gap of two cylinders near
-/// their crossing, delta(s) = delta - s^2 / (2 D):  f = (pi/2) E_T sqrt(2 R D) delta^2 / l_c.
 struct PairLaw {
   double reach = 0;          ///< D = R1 + R2 [m]
   double inverse_reach = 0;  ///< 1/D
-  double line = 0;      ///< 4 E_T sqrt(R) / 3 [N m^-3/2]
-  double crossing = 0;  ///< (pi/2) E_T sqrt(2 R D) [N/m]
+  double line = 0;           ///< 4 E_T sqrt(R) / 3 [N m^-3/2]
 
   static PairLaw of(double radius_a, double radius_b, double modulus_a, double modulus_b) {
     const double r = 2 * radius_a * radius_b / (radius_a + radius_b);
     const double e = 2 / (1 / modulus_a + 1 / modulus_b);
     const double d = radius_a + radius_b;
-    return {d, 1 / d, 4 * e * std::sqrt(r) / 3, std::numbers::pi / 2 * e * std::sqrt(2 * r * d)};
+    return {d, 1 / d, 4 * e * std::sqrt(r) / 3};
   }
 
   [[nodiscard]] double line_force(double overlap) const { return line * overlap * std::sqrt(overlap) / (reach - overlap); }  ///< [N/m]
@@ -37,14 +33,6 @@ struct PairLaw {
     const double u = std::sqrt(overlap), root = std::sqrt(reach);
     if (overlap < series_below * reach) return line * overlap * overlap * u / reach * series(2.5, overlap / reach);
     return line * (2 * reach * (root * std::atanh(u / root) - u) - 2.0 / 3.0 * overlap * u);
-  }
-  [[nodiscard]] double crossing_force(double overlap) const { return crossing * overlap * overlap / (reach - overlap); }    ///< [N]
-  [[nodiscard]] double crossing_stiffness(double overlap) const { return 2 * crossing * overlap / (reach - overlap); }      ///< [N/m]
-  /// Integral of crossing_force from 0 to `overlap` [J].
-  [[nodiscard]] double crossing_energy(double overlap) const {
-    const double q = overlap / reach;
-    if (q < series_below) return crossing * overlap * overlap * q * series(3, q);
-    return -crossing * reach * reach * (std::log1p(-q) + q + q * q / 2);
   }
 
  private:

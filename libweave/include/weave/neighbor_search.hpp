@@ -33,16 +33,12 @@ class NeighborSearch {
     Vec3 origin = Vec3::Zero(), size = Vec3::Ones();
     int nx = 0, ny = 0, nz = 0;
   };
-  struct PerFiber {
-    std::vector<LineContact> line;
-    std::vector<CrossingContact> crossing;
-  };
   void bin_segments(const Model& model, const FiberGeometry& geometry, double reach, double active_x_max);
   void search_fiber(const Model& model, const FiberGeometry& geometry, std::uint32_t fiber, double skin, double active_x_max,
-                    const std::vector<std::uint8_t>& stale, const ContactList& old, PerFiber& found) const;
+                    const std::vector<std::uint8_t>& stale, const ContactList& old, std::vector<LineContact>& found) const;
   Bin bins_;
   double bar_max_ = 0, reach_max_ = 0;
-  std::vector<PerFiber> found_;
+  std::vector<std::vector<LineContact>> found_;  ///< by fiber
   std::vector<std::uint8_t> stale_;  ///< per node: to be searched
 };
 
