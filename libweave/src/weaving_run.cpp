@@ -45,6 +45,7 @@ struct LoomState {
   double dt_min = 1e300;
   double node_steps = 0, contact_steps = 0;
   double tension_sum = 0, tension_count = 0;
+  double wall = 0, wall_search = 0, wall_contact = 0, wall_integrate = 0, wall_loom = 0, wall_output = 0;  ///< when it was saved [s]
 };
 
 /// Pointers to a loom state's counters and numbers, const or not, in the order of the checkpoint.
@@ -54,7 +55,8 @@ auto counter_places(auto& s) {
 auto number_places(auto& s) {
   return std::array{&s.stage_start, &s.balance_start, &s.edit_energy, &s.balance_before, &s.overlap_max,  &s.overlap_row,
                     &s.reed_row,    &s.reed_beat,     &s.beat_time,   &s.work_in,        &s.residual_max, &s.dt_min,
-                    &s.node_steps,  &s.contact_steps, &s.tension_sum, &s.tension_count};
+                    &s.node_steps,  &s.contact_steps, &s.tension_sum, &s.tension_count,  &s.wall,         &s.wall_search,
+                    &s.wall_contact, &s.wall_integrate, &s.wall_loom, &s.wall_output};
 }
 
 std::vector<std::int64_t> counters_of(const LoomState& s) {
@@ -331,6 +333,9 @@ class WeavingRun {
     return false;
   }
 
+  /// Since the start of the run, with the processes before this one that it was resumed from [s].
+  double wall() const { return wall_before_ + seconds_since(start_); }
+
   /// Progress, checkpoint and the wish to stop.
   bool look_outside() {
     const std::int64_t step = engine_->state().step;
@@ -355,7 +360,7 @@ class WeavingRun {
       p.step = step;
       p.dt = engine_->state().dt;
       p.steps_per_second = rate;
-      p.wall = seconds_since(start_);
+      p.wall = wall();
       p.left = (p.time_end - p.time) / std::max(speed, 1e-30);
       options_.on_progress(p);
       last_progress_ = Clock::now();
@@ -417,6 +422,13 @@ class WeavingRun {
   void save_checkpoint() {
     if (options_.output.empty()) return;
     const auto start = Clock::now();
+    const StageTimes& stages = engine_->stage_times();
+    loom_.wall = wall();
+    loom_.wall_search = stages.search;
+    loom_.wall_contact = stages.contact;
+    loom_.wall_integrate = stages.integrate;
+    loom_.wall_loom = loom_wall_;
+    loom_.wall_output = output_wall_;
     write_checkpoint(options_.output / "checkpoint.h5",
                      {to_toml(case_), engine_->model(), engine_->state(), result_.history, numbers_of(loom_), counters_of(loom_)});
     last_checkpoint_ = Clock::now();
@@ -431,6 +443,10 @@ class WeavingRun {
     loom_ = loom_state_from(c.loom_counters, c.loom_numbers);
     result_.history = std::move(c.history);
     engine_ = std::make_unique<Engine>(std::move(c.model), std::move(c.state), engine_options_);
+    engine_->set_times({loom_.wall_search, loom_.wall_contact, loom_.wall_integrate});
+    wall_before_ = loom_.wall;
+    loom_wall_ = loom_.wall_loom;
+    output_wall_ = loom_.wall_output;
     for (std::int64_t k = 0; k < loom_.pick / case_.picks_per_cell(); ++k) {
       cells_.push_back(read_results(cell_file(options_.output, k)).snapshot);
     }
@@ -476,7 +492,7 @@ class WeavingRun {
     }
     s.wall_loom = loom_wall_;
     s.wall_output = output_wall_ + seconds_since(start);
-    s.wall = seconds_since(start_);
+    s.wall = wall();
     if (!options_.output.empty()) write_text_file(options_.output / "summary.json", summary_json(case_, result_));
   }
 
@@ -505,7 +521,7 @@ class WeavingRun {
   WeaveResult result_;
   Clock::time_point start_ = Clock::now(), last_progress_ = start_, last_checkpoint_ = start_;
   std::int64_t progress_step_ = 0;
-  double progress_time_ = 0, loom_wall_ = 0, output_wall_ = 0;
+  double progress_time_ = 0, wall_before_ = 0, loom_wall_ = 0, output_wall_ = 0;
 };
 
 }  // namespace
