@@ -12,8 +12,8 @@ constexpr int walk_limit = 50;
 /// Two bars are equally close at the vertex they share: the one at hand is kept against round-off, as their angles, and shares, differ.
 constexpr double nearer = 1 - 1e-9;
 
-/// Fibers nearer than this [touching distances] may touch after the step that is already chosen: so that the one after it is short enough
-/// for that, they are taken to be as stiff as if they overlapped by `touch_overlap`.
+/// Fibers may touch after the step that is already chosen if they are nearer than this times the distance of a touch: so that the one after it is
+/// short enough for that, they are taken to be as stiff as if they overlapped by `touch_overlap`.
 constexpr double near_touch = 1.05;
 constexpr double touch_overlap = 0.02;
 /// Of the line law on the length of fiber, half a diameter at most, that a point between two yarns stands for.
@@ -186,6 +186,7 @@ struct NormalSum {
   Vec3 on_first = Vec3::Zero(), on_second = Vec3::Zero();  ///< on the nodes of the point's bar [N]
   double stiffness = 0;                                    ///< sum of slopes [N/m]
   double bound = 0;                                        ///< on the stiffness along the normal that a node can feel [N/m]
+  bool near = false;                                       ///< a sample is near a touch
 };
 
 /// Pushes one sample of a contact, a share `weight` [m] of fiber at `eta` on the point's bar, off its closest point q on the bar `segment`.
@@ -224,6 +225,8 @@ inline bool push_samples_on_bar(const Target& at, const LineContact& c, const Pa
   const double last = sample_offset(samples - 1) * cell, spread = last * std::abs(shift), middle = q.fraction * g.bar_length[s];
   const double farthest2 = q.distance2 + 2 * last * std::abs(r0u) + last * last * u2;
   if (!nearest_on_this_bar(g, s, middle - spread, middle + spread, farthest2)) return false;
+  sum.near = q.distance2 - 2 * last * std::abs(r0u) < near_touch * near_touch * law.reach * law.reach;
+  if (!sum.near) return true;
 
   const double w = weight / samples * law.line;
   double force_0 = 0, force_1 = 0, force_2 = 0;  // sums of w f / r times powers of t
@@ -244,7 +247,7 @@ inline bool push_samples_on_bar(const Target& at, const LineContact& c, const Pa
   if (deepest <= 0) return true;
   const Vec3 pull = force_0 * q.separation + force_1 * u, moment = force_1 * q.separation + force_2 * u;
   const double eta = c.fraction, xi = q.fraction, turn = shift * g.bar_inverse[s];
-  sum = {(1 - eta) * pull - moment, eta * pull + moment, stiffness, bound};
+  sum = {(1 - eta) * pull - moment, eta * pull + moment, stiffness, bound, true};
   reaction = {turn * moment - (1 - xi) * pull, -turn * moment - xi * pull, stiffness_along(pull.normalized(), bound, 0, true), static_cast<float>(xi), s, true};
   note_overlap(deepest * law.inverse_reach, c.node, s, sums);
   return true;
@@ -264,6 +267,7 @@ inline NormalSum push_samples(const Target& at, const LineContact& c, const Pair
     std::uint32_t segment = c.segment;
     std::int32_t image = c.image;
     const PolylinePoint at_sample = follow(at.model, g, g.x[c.node] + eta * along, segment, image);
+    sum.near = sum.near || at_sample.distance2 < near_touch * near_touch * law.reach * law.reach;
     if (at_sample.distance2 >= law.reach * law.reach) continue;
     Reaction& on_bar = reaction[segment == c.segment ? 0 : 1];
     if (on_bar.active && on_bar.segment != segment) continue;
@@ -294,13 +298,14 @@ void line_contact(const Target& at, LineContact& c, const LineContact* before, s
   const double weight = (on_reed ? 1 : 0.5) * (one_yarn ? m.tributary[p] : m.point_length[at.fiber]);
   if (before != nullptr && have_met(m, *before, c)) return release(c.spring, sums.slip_loss);
   if (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.segment, c.image)) return release(c.spring, sums.slip_loss);
-  const double near = (one_yarn ? 1 : near_touch) * law.reach;
+  const double near = near_touch * touch_reach(m, at.fiber, other);
   NormalSum normal;
   const double distance = std::sqrt(q.distance2);
-  if (q.distance2 >= near_touch * near_touch * law.reach * law.reach && c.spring.stiffness <= 0) return let_sleep(m, g, at.fiber, distance, c);
+  if (distance >= near && c.spring.stiffness <= 0) return let_sleep(m, g, at.fiber, distance, c);
   const Vec3 n = unit_normal(law, q, distance);
-  if (q.distance2 < near * near) {
+  if (distance < near) {
     if (one_yarn) {
+      normal.near = true;
       if (q.distance2 < law.reach * law.reach) push(at, law, q, weight, 0, p, c.segment, reaction[0], normal, sums);
     } else {
       normal = push_samples(at, c, law, q, weight, reaction, sums);
@@ -308,6 +313,7 @@ void line_contact(const Target& at, LineContact& c, const LineContact* before, s
   }
   const bool touches = normal.stiffness > 0;
   if (!touches && c.spring.stiffness <= 0) {
+    if (!normal.near) return;
     const double k = weight * law.line_stiffness(touch_overlap * law.reach);
     at.stiffness[p].add(k, n);
     if (!one_yarn) at.stiffness[p + 1].add(k, n);
@@ -399,12 +405,16 @@ void add_reaction(const Reaction& r, const Vec3& tangent, std::span<Vec3> force,
 
 void let_sleep(const Model& m, const FiberGeometry& g, std::uint32_t fiber, double distance, LineContact& c) {
   if (m.node_contact || c.spring.stiffness > 0) return;
-  c.asleep_until = g.travel[c.node] + g.travel[c.segment] + distance - near_touch * m.pair_law(fiber, m.fiber_of[c.segment]).reach;
+  c.asleep_until = g.travel[c.node] + g.travel[c.segment] + distance - near_touch * touch_reach(m, fiber, m.fiber_of[c.segment]);
 }
 
 bool meets_at_nodes(const Model& m, std::uint32_t fiber_a, std::uint32_t fiber_b) {
   if (m.role[fiber_b] == Role::reed) return false;
   return m.node_contact || (m.yarn[fiber_a] == m.yarn[fiber_b] && m.role[fiber_a] == m.role[fiber_b]);
+}
+
+double touch_reach(const Model& m, std::uint32_t fiber, std::uint32_t other) {
+  return m.pair_law(fiber, other).reach + (meets_at_nodes(m, fiber, other) ? 0 : sample_offset(samples - 1) * m.point_length[fiber]);
 }
 
 Vec3 contact_point(const FiberGeometry& g, const LineContact& c) {

@@ -158,7 +158,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
     for (std::uint32_t bar = 0; bar < m.fibers() && m.role[bar] == Role::reed; ++bar) {
       const std::uint32_t s = m.first[bar];
       const Vec3 r = g.x[p] - g.x[s];
-      const double reach = m.pair_law(fiber, bar).reach + skin + half_bar;
+      const double reach = touch_reach(m, fiber, bar) + skin + half_bar;
       if (std::abs(r.x()) > reach) continue;
       const double from = periodic ? std::ceil((r.y() - reach) / m.period_y) : 0, to = periodic ? std::floor((r.y() + reach) / m.period_y) : 0;
       for (auto image = static_cast<std::int32_t>(from); image <= static_cast<std::int32_t>(to); ++image) {
@@ -198,7 +198,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
       }
       const std::span<const Candidate> run(candidates.data() + i, j - i);
       i = j;
-      const double reach = m.pair_law(fiber, run.front().fiber).reach + skin;
+      const double reach = touch_reach(m, fiber, run.front().fiber) + skin;
       if (meets_at_nodes(m, fiber, run.front().fiber)) {
         each_place(x, run, reach, [&](const Candidate& c, double d2) {
           add_line({.node = p, .segment = c.segment, .image = c.image, .spring = {}}, d2);
@@ -303,14 +303,15 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
 namespace {
 
 struct Reach {
-  double pair = 0, bar = 0;  ///< largest distance of the axes at touch, longest bar [m]
+  double pair = 0, bar = 0;  ///< largest distance of a point from an axis at touch, longest bar [m]
 };
 
 Reach reach_of(const Model& m) {
   Reach r;
   for (std::uint32_t f = 0; f < m.fibers(); ++f) {
     if (m.role[f] == Role::reed) continue;
-    r.pair = std::max(r.pair, 2 * m.type_of(f).radius);
+    // A point stands for half a diameter at most, a quarter to either side.
+    r.pair = std::max(r.pair, 2.5 * m.type_of(f).radius);
     for (std::uint32_t s = m.first[f]; s < m.last(f); ++s) r.bar = std::max(r.bar, m.rest_length[s]);
   }
   return r;
@@ -382,7 +383,7 @@ void pick_active(const Model& m, const FiberGeometry& g, double skin, ContactLis
       }
       const PolylinePoint q = walk_to_point(m, g, contact_point(g, c), c.segment, c.image);
       let_sleep(m, g, f, std::sqrt(q.distance2), c);
-      const double reach = m.pair_law(f, m.fiber_of[c.segment]).reach + skin;
+      const double reach = touch_reach(m, f, m.fiber_of[c.segment]) + skin;
       keep[i] = q.distance2 < reach * reach;
       near[f] += keep[i];
     }

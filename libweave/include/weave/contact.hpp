@@ -98,6 +98,8 @@ struct ContactSums {
 
 /// Whether the nodes are the points of the contact of a fiber on another: they are of one yarn, or the law is node-to-node (never on a reed bar).
 bool meets_at_nodes(const Model& model, std::uint32_t fiber_a, std::uint32_t fiber_b);
+/// Distance of a point of `fiber` from the axis of `other` within which the fibers may touch: the point's samples lie to both sides of it [m].
+double touch_reach(const Model& model, std::uint32_t fiber, std::uint32_t other);
 Vec3 contact_point(const FiberGeometry& geometry, const LineContact& contact);
 
 /// Lets a contact sleep for as long as its fibers, `distance` apart now, need to come near a touch. It then costs next to nothing and the
