@@ -1,0 +1,153 @@
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "scenes/cells.hpp"
+
+namespace {
+
+using namespace scenes;
+using relax::Cell;
+using relax::Derivatives;
+using relax::Unknowns;
+using Term = std::function<double(const Eigen::VectorXd&, Derivatives)>;
+
+struct Errors {
+  double gradient = 0, hessian = 0;  ///< largest difference over the largest component
+};
+
+/// Gradient and Hessian of a term against central differences of its energy and of its gradient.
+Errors errors_of(const Term& term, const Eigen::VectorXd& q, relax::SparseHessian hessian, double h) {
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(q.size());
+  hessian.set_zero();
+  term(q, {&gradient, &hessian, false});
+  EXPECT_TRUE(hessian.complete());
+  Eigen::MatrixXd exact(q.size(), q.size()), differences(q.size(), q.size());
+  Errors errors;
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    exact.col(i) = hessian.times(Eigen::VectorXd::Unit(q.size(), i));
+    Eigen::VectorXd above = q, below = q, g_above = Eigen::VectorXd::Zero(q.size()), g_below = g_above;
+    above[i] += h;
+    below[i] -= h;
+    const double rise = term(above, {&g_above, nullptr, false}) - term(below, {&g_below, nullptr, false});
+    errors.gradient = std::max(errors.gradient, std::abs(rise / (2 * h) - gradient[i]));
+    differences.col(i) = (g_above - g_below) / (2 * h);
+  }
+  EXPECT_GT(gradient.cwiseAbs().maxCoeff(), 0);
+  errors.gradient /= gradient.cwiseAbs().maxCoeff();
+  errors.hessian = (exact - differences).cwiseAbs().maxCoeff() / exact.cwiseAbs().maxCoeff();
+  return errors;
+}
+
+constexpr double d = 1e-4;       ///< fiber diameter [m]
+constexpr double h = 1e-6 * d;
+
+/// Plain weave with everything in it: bending, one family by tension and one by rest lengths, platens; shaken.
+struct Shaken {
+  PosedCell posed;
+  Eigen::VectorXd q;
+  relax::ContactList list;
+  Unknowns unknowns;
+
+  explicit Shaken(int fibers, std::uint64_t seed) : posed(make(fibers)), q(posed.unknowns()), unknowns(posed.cell) {
+    shake(q, 0.03 * d, seed);
+    if (unknowns.platens >= 0) q[unknowns.platens] += 0.15 * d;
+    list = relax::find_contacts(posed.cell, q, 0.3 * d);
+  }
+  static PosedCell make(int fibers) {
+    PosedCell p = plain_weave_cell({.fibers = fibers, .pitch = fibers == 1 ? 4e-4 : 7e-4}, 0.5, 1.4);
+    for (std::size_t f = 0; f < p.cell.fibers(); ++f) {
+      if (p.cell.weft[f]) p.cell.tension[f] = 0;
+    }
+    p.cell.pressure = 1e4;
+    p.cell.slack_strain = 0.2;  // so that most bars are within it
+    p.cell.types[0].bending_stiffness = 1e-9;
+    for (weave::Vec3& x : p.x) x.z() *= 0.9;
+    return p;
+  }
+  [[nodiscard]] relax::SparseHessian hessian() const { return relax::hessian_for(posed.cell, list, q); }
+};
+
+TEST(relax_derivatives, bars) {
+  const Shaken s(1, 1);
+  const Errors e = errors_of(
+      [&](const Eigen::VectorXd& q, Derivatives want) {
+        double work = 0;
+        const double bars = relax::bar_energy(s.posed.cell, s.unknowns, q, want, &work);
+        return bars + work;
+      },
+      s.q, s.hessian(), h);
+  EXPECT_LT(e.gradient, 1e-7);  // round-off of the energy over h
+  EXPECT_LT(e.hessian, 1e-6);   // round-off of the force over h, and the bounds of the slack
+}
+
+TEST(relax_derivatives, bending) {
+  const Shaken s(1, 2);
+  const Errors e = errors_of([&](const Eigen::VectorXd& q, Derivatives want) { return relax::bending_energy(s.posed.cell, q, want); }, s.q,
+                             s.hessian(), h);
+  EXPECT_LT(e.gradient, 1e-8);
+  EXPECT_LT(e.hessian, 1e-8);
+}
+
+TEST(relax_derivatives, platens) {
+  const Shaken s(1, 3);
+  const Errors e = errors_of([&](const Eigen::VectorXd& q, Derivatives want) { return relax::platen_energy(s.posed.cell, s.unknowns, q, want); },
+                             s.q, s.hessian(), h);
+  EXPECT_LT(e.gradient, 1e-7);
+  EXPECT_LT(e.hessian, 1e-4);  // slope like the root of the overlap at touch
+}
+
+TEST(relax_derivatives, contact_of_crossing_fibers) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const Shaken s(1, seed);
+    const Errors e = errors_of([&](const Eigen::VectorXd& q, Derivatives want) { return relax::contact_energy(s.posed.cell, s.list, q, want); },
+                               s.q, s.hessian(), h);
+    EXPECT_LT(e.gradient, 1e-7);
+    EXPECT_LT(e.hessian, 1e-3);  // slope like the root of the overlap at touch, and jumps of the axis' curvature at joints
+  }
+}
+
+TEST(relax_derivatives, contact_within_and_between_yarns) {
+  const Shaken s(3, 5);
+  const Errors e = errors_of([&](const Eigen::VectorXd& q, Derivatives want) { return relax::contact_energy(s.posed.cell, s.list, q, want); }, s.q,
+                             s.hessian(), h);
+  EXPECT_LT(e.gradient, 1e-7);
+  EXPECT_LT(e.hessian, 1e-3);
+}
+
+TEST(relax_potential, does_not_change_when_the_cell_is_shifted) {
+  const Shaken s(3, 6);
+  const auto energy = [&](const Eigen::VectorXd& q) {
+    return relax::potential(s.posed.cell, s.unknowns, relax::find_contacts(s.posed.cell, q, 0.3 * d), q, {}).sum();
+  };
+  Eigen::VectorXd shifted = s.q;
+  for (Eigen::Index i = 0; i < s.unknowns.nodes; ++i) shifted.segment<3>(3 * i) += weave::Vec3(1.234e-3, -0.777e-3, 0.31e-3);
+  for (Eigen::Index k = 0; k < 2; ++k) shifted[s.unknowns.platens + k] += 0.31e-3;
+  EXPECT_NEAR(energy(shifted) / energy(s.q), 1, 1e-10);
+}
+
+TEST(relax_potential, doubles_with_the_cell) {
+  const auto energy = [&](int repeat_x, int repeat_y) {
+    PosedCell p = plain_weave_cell({.fibers = 3, .pitch = 7e-4, .repeat_x = repeat_x, .repeat_y = repeat_y}, 0.5, 1.4);
+    p.cell.types[0].bending_stiffness = 1e-9;
+    for (weave::Vec3& x : p.x) x.z() *= 0.8;
+    const Eigen::VectorXd q = p.unknowns();
+    const relax::EnergyParts parts = relax::potential(p.cell, Unknowns(p.cell), relax::find_contacts(p.cell, q, 0.3 * d), q, {});
+    EXPECT_GT(parts.contact, 0);
+    EXPECT_GT(parts.bending, 0);
+    return parts.sum();
+  };
+  EXPECT_NEAR(energy(2, 1) / energy(1, 1), 2, 1e-10);
+  EXPECT_NEAR(energy(1, 2) / energy(1, 1), 2, 1e-10);
+}
+
+TEST(relax_potential, list_misses_no_contact_while_it_lasts) {
+  const Shaken s(7, 7);
+  Eigen::VectorXd q = s.q;
+  shake(q, 0.03 * d, 8);
+  ASSERT_FALSE(s.list.late(s.posed.cell, q));
+  const auto contact = [&](const relax::ContactList& list) { return relax::contact_energy(s.posed.cell, list, q, {}); };
+  EXPECT_NEAR(contact(s.list) / contact(relax::find_contacts(s.posed.cell, q, 3 * d)), 1, 1e-12);
+}
+
+}  // namespace
