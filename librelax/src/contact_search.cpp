@@ -1,6 +1,6 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <numbers>
 
 #include "chain.hpp"
 #include "relax/energy.hpp"
@@ -86,14 +86,8 @@ struct Candidate {
   SpanContact contact;
 };
 
-/// A bent fiber must not push itself: whether a span of the same chain lies within half a turn of the tightest bend.
-bool within_own_bend(const Cell& cell, std::uint32_t span, const Candidate& c) {
-  const std::uint32_t f = cell.fiber_of[span];
-  if (c.fiber != f || c.across != 0) return false;
-  const int along = cell.weft[f] ? c.contact.image_y : c.contact.image_x;
-  const double spans = std::abs(static_cast<double>(c.contact.other) - span + static_cast<double>(along) * cell.nodes_of(f));
-  return (spans - 2) * cell.span_length(span) < std::numbers::pi * cell.type_of(f).radius;
-}
+/// A fiber does not touch its own endless chain: it would have to turn back, which no fiber of a cloth does.
+bool of_own_chain(const Cell& cell, std::uint32_t span, const Candidate& c) { return c.fiber == cell.fiber_of[span] && c.across == 0; }
 
 bool comes_within(const Cell& cell, const Eigen::VectorXd& q, const SpanContact& c, double distance) {
   const Span own(cell, q, c.span);
@@ -133,7 +127,7 @@ ContactList find_contacts(const Cell& cell, const Eigen::VectorXd& q, double ski
       if (distance2 > limit * limit) return;
       Candidate c{g, 0, distance2, {i, j, balls[i].wrap_x - balls[j].wrap_x + wrap_x, balls[i].wrap_y - balls[j].wrap_y + wrap_y}};
       c.across = cell.weft[g] ? c.contact.image_x : c.contact.image_y;
-      if (within_own_bend(cell, i, c)) return;
+      if (of_own_chain(cell, i, c)) return;
       const auto known = std::find_if(nearest.begin(), nearest.end(), [&](const Candidate& o) { return o.fiber == g && o.across == c.across; });
       if (known == nearest.end()) {
         nearest.push_back(c);

@@ -207,7 +207,7 @@ class Minimization {
     if (gradient_before <= options_.gradient_tolerance) {
       shift_ = 0;
       true_in_ = 0;
-      if (!factorize(0)) return !leave_saddle();
+      if (!factorize(0)) return !options_.leave_saddles || !leave_saddle();
       const Eigen::VectorXd newton = solve();
       if (newton.cwiseAbs().maxCoeff() <= options_.step_tolerance * scale_.diameter_min) return true;
     }

@@ -31,17 +31,22 @@ TEST(relax_minimum, certificate_refuses_an_unfinished_state) {
   EXPECT_THAT(c.blocked_by, testing::HasSubstr("gradient"));
 }
 
-/// Two crossing fibers of one family pressed head-on by two of the other: a saddle that slides off when shaken.
 TEST(relax_minimum, certificate_refuses_a_saddle) {
-  // Three parallel warps pulled flat under platens, the middle one balanced on top of the other two's gap would be a minimum; a warp that
-  // stands exactly on top of another one under pressure is a saddle.
+  // A warp that stands exactly on another one between platens: all forces balance, but it would roll off to either side.
   relax::Cell cell = empty_cell(8 * d, 8 * d);
   cell.pressure = 1e4;
   std::vector<Vec3> x;
   relax::add_fiber(cell, straight_fiber(cell, false, {0, 4 * d, 0}, 4, 0, 0.1), x);
   relax::add_fiber(cell, straight_fiber(cell, false, {0, 4 * d, 0.97 * d}, 4, 1, 0.1), x);
-  const relax::MinimizeResult flat = relax::minimize(cell, relax::unknowns_at(cell, x));
-  EXPECT_FALSE(flat.certificate.converged);  // at the end they lie side by side, free to roll apart: no strict minimum either
+  relax::MinimizeOptions options;
+  options.leave_saddles = false;
+  const relax::MinimizeResult saddle = relax::minimize(cell, relax::unknowns_at(cell, x), options);
+  EXPECT_LT(saddle.certificate.gradient_max, 1e-8);
+  EXPECT_FALSE(saddle.certificate.positive_definite);
+  EXPECT_FALSE(saddle.certificate.converged);
+  EXPECT_THAT(saddle.certificate.blocked_by, testing::HasSubstr("positive definite"));
+  const relax::MinimizeResult below = relax::minimize(cell, saddle.q);
+  EXPECT_LT(below.energy.sum(), saddle.energy.sum() - 1e4 * 64 * d * d * 0.5 * d);  // it came down by about a radius at least
 }
 
 TEST(relax_minimum, newton_is_of_higher_than_first_order_near_the_end) {

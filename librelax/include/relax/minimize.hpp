@@ -12,6 +12,7 @@ struct MinimizeOptions {
   double skin = 0.3;                 ///< of the contact list [largest fiber diameters]
   double gradient_tolerance = 1e-8;  ///< largest component over the reference tension
   double step_tolerance = 1e-8;      ///< largest component of the Newton step [smallest fiber diameters]
+  bool leave_saddles = true;         ///< at a saddle, go on along the direction of negative curvature
   ContactSampling sampling;
   std::function<void(const struct MinimizeProgress&)> on_progress;
 };

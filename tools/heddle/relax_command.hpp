@@ -1,0 +1,25 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace heddle {
+
+struct RelaxOptions {
+  std::filesystem::path input;         ///< case file or its folder: a start from topology
+  std::filesystem::path output;        ///< default ./results/NAME_relaxed
+  std::vector<std::string> overrides;  ///< key.path=value
+  int fibers = 0;                      ///< per yarn; 0: as the case has it
+  double warp_tension = 0;             ///< per yarn [N]; 0: the loom's
+  double weft_tension = 0;             ///< per yarn [N]; 0: as the warp
+  double pressure = 0;                 ///< of the platens [Pa]
+  double element_length = 0;           ///< [fiber diameters]; 0: as the case has it
+  int iterations = 300;
+  bool quiet = false;
+};
+
+/// Relaxes a unit cell, shows progress on standard error, writes relax.vtkhdf and summary.json. Returns the exit status: 0 a certified
+/// minimum, 1 not converged.
+int relax_command(const RelaxOptions& options);
+
+}  // namespace heddle
