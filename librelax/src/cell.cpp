@@ -14,6 +14,19 @@ void finish_types(Cell& cell) {
   }
 }
 
+void close_fibers(Cell& cell, const std::vector<std::uint32_t>& next) {
+  constexpr std::uint32_t none = 0xffffffffu;
+  std::vector<std::uint32_t> previous(cell.fibers(), none);
+  bool valid = next.size() == cell.fibers();
+  for (std::uint32_t f = 0; valid && f < next.size(); ++f) {
+    valid = next[f] < next.size() && cell.yarn[next[f]] == cell.yarn[f] && previous[next[f]] == none;
+    if (valid) previous[next[f]] = f;
+  }
+  if (!valid) throw std::invalid_argument("fibers of a cell must go on in one fiber each, of their own yarn");
+  cell.next = next;
+  cell.previous = std::move(previous);
+}
+
 void add_fiber(Cell& cell, const CellFiber& fiber, std::vector<Vec3>& x) {
   if (fiber.x.size() < 3 || fiber.rest_length.size() != fiber.x.size()) {
     throw std::invalid_argument("a fiber of a cell needs at least three nodes and as many rest lengths");
@@ -27,6 +40,8 @@ void add_fiber(Cell& cell, const CellFiber& fiber, std::vector<Vec3>& x) {
   cell.type.push_back(fiber.type);
   cell.yarn.push_back(fiber.yarn);
   cell.place.push_back(fiber.place);
+  cell.next.push_back(number);
+  cell.previous.push_back(number);
   cell.tension.push_back(fiber.tension);
   cell.rest_length.insert(cell.rest_length.end(), fiber.rest_length.begin(), fiber.rest_length.end());
   cell.fiber_of.insert(cell.fiber_of.end(), fiber.x.size(), number);

@@ -11,6 +11,7 @@ struct ChainPoint {
   Span span;
   double share = 0;    ///< on the span
   Vec3 separation;     ///< from it to the point
+  Vec3 shift;          ///< of the span's image [m]
 };
 
 /// `other`, `shift`: the span to start from and the translation [m] of its fiber.
@@ -19,11 +20,12 @@ inline ChainPoint closest_on_chain(const Cell& cell, const Eigen::VectorXd& q, c
   constexpr int limit = 12;
   const Vec3 period = cell.period(cell.fiber_of[other]);
   std::uint32_t node = other;
-  ChainPoint result{false, Span(cell, q, node), 0, Vec3::Zero()};
+  ChainPoint result{false, Span(cell, q, node), 0, Vec3::Zero(), shift};
   for (int step = 0; step < limit; ++step) {
     result.share = result.span.closest(point - shift);
     if (std::isfinite(result.share) && result.share >= -round_off && result.share <= 1 + round_off) {
       result.found = true;
+      result.shift = shift;
       result.separation = point - shift - result.span.point(result.share);
       return result;
     }

@@ -86,8 +86,21 @@ struct Candidate {
   SpanContact contact;
 };
 
-/// A fiber does not touch its own endless chain: it would have to turn back, which no fiber of a cloth does.
-bool of_own_chain(const Cell& cell, std::uint32_t span, const Candidate& c) { return c.fiber == cell.fiber_of[span] && c.across == 0; }
+/// Removes what another candidate has too, where one chain goes on in another fiber; and the span's own endless chain: to touch that, a fiber
+/// would have to turn back, which no fiber of a cloth does.
+void remove_repeats(const Cell& cell, const Eigen::VectorXd& q, std::uint32_t span, double radius, std::vector<Candidate>& candidates) {
+  constexpr double same = 1e-6;  // [radii]
+  const Vec3 middle = axis_point(cell, q, span, 0.5);
+  std::vector<Vec3> met;
+  std::erase_if(candidates, [&](const Candidate& c) {
+    const ChainPoint at = closest_on_chain(cell, q, middle, c.contact.other, image_shift(cell, c.contact.image_x, c.contact.image_y));
+    if (!at.found) return false;
+    const bool known = at.separation.norm() < same * radius ||
+                       std::any_of(met.begin(), met.end(), [&](const Vec3& o) { return (o - at.separation).norm() < same * radius; });
+    met.push_back(at.separation);
+    return known;
+  });
+}
 
 bool comes_within(const Cell& cell, const Eigen::VectorXd& q, const SpanContact& c, double distance) {
   const Span own(cell, q, c.span);
@@ -127,7 +140,7 @@ ContactList find_contacts(const Cell& cell, const Eigen::VectorXd& q, double ski
       if (distance2 > limit * limit) return;
       Candidate c{g, 0, distance2, {i, j, balls[i].wrap_x - balls[j].wrap_x + wrap_x, balls[i].wrap_y - balls[j].wrap_y + wrap_y}};
       c.across = cell.weft[g] ? c.contact.image_x : c.contact.image_y;
-      if (of_own_chain(cell, i, c)) return;
+      if (g == f && c.across == 0) return;
       const auto known = std::find_if(nearest.begin(), nearest.end(), [&](const Candidate& o) { return o.fiber == g && o.across == c.across; });
       if (known == nearest.end()) {
         nearest.push_back(c);
@@ -137,6 +150,7 @@ ContactList find_contacts(const Cell& cell, const Eigen::VectorXd& q, double ski
     });
     std::sort(nearest.begin(), nearest.end(),
               [](const Candidate& a, const Candidate& b) { return a.fiber != b.fiber ? a.fiber < b.fiber : a.across < b.across; });
+    remove_repeats(cell, q, i, cell.type_of(f).radius, nearest);
     for (const Candidate& c : nearest) {
       if (comes_within(cell, q, c.contact, cell.pair_law(f, c.fiber).reach + skin)) list.contacts.push_back(c.contact);
     }

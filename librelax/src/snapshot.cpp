@@ -8,23 +8,42 @@
 namespace relax {
 namespace {
 
-/// A fiber's axis at the middles of its spans, over `count` of them from span `from` of the endless chain.
+/// A point of a fiber's axis, at the middle of a span.
 struct AxisPoint {
   Vec3 x;
   double tension, arc;
 };
 
-AxisPoint axis_at(const Cell& cell, const Eigen::VectorXd& q, const std::vector<double>& tension, std::size_t f, int index) {
-  const auto n = static_cast<int>(cell.nodes_of(f));
-  const int wrap = static_cast<int>(std::floor(static_cast<double>(index) / n));
-  const auto node = cell.first[f] + static_cast<std::uint32_t>(index - wrap * n);
-  double arc = 0, all = 0;
-  for (std::uint32_t i = cell.first[f]; i < cell.first[f + 1]; ++i) {
-    if (i < node) arc += cell.rest_length[i];
-    all += cell.rest_length[i];
+/// The endless chain of a fiber, point by point.
+class Walk {
+ public:
+  Walk(const Cell& cell, const Eigen::VectorXd& q, const std::vector<double>& tension, std::size_t f)
+      : cell_(cell), q_(q), tension_(tension), node_(cell.first[f]), period_(cell.period(f)) {}
+  [[nodiscard]] AxisPoint here() const {
+    return {axis_point(cell_, q_, node_, 0.5) + wrap_ * period_, 0.5 * (tension_[node_] + tension_[cell_.before(node_).node]), arc_};
   }
-  return {axis_point(cell, q, node, 0.5) + wrap * cell.period(f), 0.5 * (tension[node] + tension[cell.before(node).node]), arc + wrap * all};
-}
+  void forward() {
+    arc_ += cell_.rest_length[node_];
+    const Cell::ChainNode n = cell_.after(node_);
+    node_ = n.node;
+    wrap_ += n.wrap;
+  }
+  void back() {
+    const Cell::ChainNode n = cell_.before(node_);
+    node_ = n.node;
+    wrap_ += n.wrap;
+    arc_ -= cell_.rest_length[node_];
+  }
+
+ private:
+  const Cell& cell_;
+  const Eigen::VectorXd& q_;
+  const std::vector<double>& tension_;
+  std::uint32_t node_;
+  int wrap_ = 0;
+  double arc_ = 0;
+  Vec3 period_;
+};
 
 /// Point between two where their x passes `value`.
 AxisPoint at_x(const AxisPoint& a, const AxisPoint& b, double value) {
@@ -48,24 +67,20 @@ weave::Snapshot snapshot_of(const Cell& cell, const Eigen::VectorXd& q) {
     s.weft.push_back(cell.weft[f]);
     s.radius.push_back(cell.type_of(f).radius);
     s.area.push_back(cell.type_of(f).area);
-    const auto n = static_cast<int>(cell.nodes_of(f));
     std::vector<AxisPoint> points;
+    Walk walk(cell, q, tension, f);
     if (cell.weft[f]) {
-      for (int i = 0; i <= n; ++i) points.push_back(axis_at(cell, q, tension, f, i));
+      for (std::uint32_t i = 0; i <= cell.nodes_of(f); ++i, walk.forward()) points.push_back(walk.here());
     } else {
-      int i = 0;
-      while (axis_at(cell, q, tension, f, i).x.x() >= 0) --i;
-      while (axis_at(cell, q, tension, f, i + 1).x.x() < 0) ++i;
-      points.push_back(at_x(axis_at(cell, q, tension, f, i), axis_at(cell, q, tension, f, i + 1), 0));
-      for (int k = i + 1; k < i + n + 1; ++k) {
-        points.push_back(axis_at(cell, q, tension, f, k));
-        if (points.back().x.x() <= 1e-9 * cell.length_x && points.size() == 2) points.erase(points.begin());  // a node on the face
-      }
-      if (points.back().x.x() < cell.length_x) {
-        AxisPoint last = points.front();
-        last.x.x() += cell.length_x;
-        last.arc += axis_at(cell, q, tension, f, n).arc - axis_at(cell, q, tension, f, 0).arc;
-        points.push_back(last);
+      while (walk.here().x.x() >= 0) walk.back();
+      AxisPoint before = walk.here();
+      for (walk.forward(); before.x.x() < cell.length_x; walk.forward()) {
+        const AxisPoint now = walk.here();
+        for (const double face : {0.0, cell.length_x}) {
+          if (before.x.x() < face && now.x.x() >= face) points.push_back(at_x(before, now, face));
+        }
+        if (now.x.x() > 0 && now.x.x() < cell.length_x) points.push_back(now);
+        before = now;
       }
     }
     const double start = points.front().arc;

@@ -20,6 +20,11 @@ std::string summary_json(const Cell& cell, const MinimizeResult& r, const weave:
   j["tool"] = "relax";
   j["case"] = context.case_name;
   j["start"] = context.start;
+  if (context.start == "woven") {
+    j["face_mismatch_mean"] = context.mismatch.mean;
+    j["face_mismatch_largest"] = context.mismatch.largest;
+    j["fibers_that_change_place"] = context.mismatch.moved;
+  }
   j["version"] = version();
   j["fibers_per_yarn"] = fibers_of_first;
   j["fibers"] = cell.fibers();

@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <stdexcept>
+#include <tuple>
 
 #include "relax/minimize.hpp"
 #include "relax/report.hpp"
 #include "relax/topology_start.hpp"
 #include "relax/version.hpp"
+#include "relax/woven_start.hpp"
 #include "weave/case.hpp"
 #include "weave/measures.hpp"
 #include "weave/results.hpp"
@@ -27,23 +30,61 @@ void print_certificate(const relax::MinimizeResult& r) {
              r.reference_tension, c.positive_definite ? "" : "not ", c.newton_step_max, c.contacts_steady ? "steady" : "not steady", c.pin_force_max);
 }
 
+/// What is to be relaxed.
+struct Start {
+  weave::Case c;
+  relax::Cell cell;
+  std::vector<weave::Vec3> x;
+  bool woven = false;
+  relax::FaceMismatch mismatch;
+};
+
+/// A results file, or the last unit cell in a results folder; empty for a case.
+std::filesystem::path woven_file(const std::filesystem::path& input) {
+  if (std::filesystem::is_directory(input) && std::filesystem::exists(input / "cell.vtkhdf")) return input / "cell.vtkhdf";
+  return input.extension() == ".vtkhdf" ? input : std::filesystem::path();
+}
+
+Start start_of(const RelaxOptions& options) {
+  Start start;
+  if (const std::filesystem::path file = woven_file(options.input); !file.empty()) {
+    if (options.fibers > 0) throw std::invalid_argument("--fibers: a woven cell is relaxed with the fibers that it has");
+    const weave::ResultsFile results = weave::read_results(file);
+    start.c = weave::parse_case(results.case_toml, file.string(), options.overrides);
+    relax::WovenOptions woven{options.warp_tension, options.weft_tension, start.c.numerics.element_length};
+    if (options.element_length > 0) woven.element_length = options.element_length;
+    relax::WovenStart cut = relax::cell_from_woven(start.c, results.snapshot, woven);
+    start.cell = std::move(cut.cell);
+    start.x = std::move(cut.x);
+    start.mismatch = cut.mismatch;
+    start.woven = true;
+    fmt::print("cut out of {}: warps meet across the faces within {:.3f} d (mean), {:.3f} d (largest), {} go on in another place\n", file.string(),
+               start.mismatch.mean, start.mismatch.largest, start.mismatch.moved);
+    return start;
+  }
+  std::vector<std::string> overrides = options.overrides;
+  start.c = weave::load_case(options.input, overrides);
+  if (options.fibers > 0) {
+    for (const auto& [name, yarn] : start.c.yarns) overrides.push_back(fmt::format("yarns.{}.fibers={}", name, options.fibers));
+    start.c = weave::load_case(options.input, overrides);
+  }
+  relax::TopologyOptions topology;
+  topology.warp_tension = options.warp_tension > 0 ? options.warp_tension : start.c.loom.tension;
+  topology.weft_tension = options.weft_tension > 0 ? options.weft_tension : topology.warp_tension;
+  topology.element_length = options.element_length > 0 ? options.element_length : start.c.numerics.element_length;
+  std::tie(start.cell, start.x) = relax::cell_from_topology(start.c, topology);
+  return start;
+}
+
 }  // namespace
 
 int relax_command(const RelaxOptions& options) {
   const auto start = std::chrono::steady_clock::now();
-  std::vector<std::string> overrides = options.overrides;
-  weave::Case c = weave::load_case(options.input, overrides);
-  if (options.fibers > 0) {
-    for (const auto& [name, yarn] : c.yarns) overrides.push_back(fmt::format("yarns.{}.fibers={}", name, options.fibers));
-    c = weave::load_case(options.input, overrides);
-  }
-  relax::TopologyOptions topology;
-  topology.warp_tension = options.warp_tension > 0 ? options.warp_tension : c.loom.tension;
-  topology.weft_tension = options.weft_tension > 0 ? options.weft_tension : topology.warp_tension;
-  topology.element_length = options.element_length > 0 ? options.element_length : c.numerics.element_length;
-  auto [cell, x] = relax::cell_from_topology(c, topology);
+  Start state = start_of(options);
+  const weave::Case& c = state.c;
+  relax::Cell& cell = state.cell;
   cell.pressure = options.pressure;
-  const Eigen::VectorXd q = relax::unknowns_at(cell, x);
+  const Eigen::VectorXd q = relax::unknowns_at(cell, state.x);
 
   relax::MinimizeOptions minimize;
   minimize.iterations_max = options.iterations;
@@ -55,7 +96,8 @@ int relax_command(const RelaxOptions& options) {
   relax::ReportContext context;
   context.case_name = c.name;
   context.case_toml = weave::to_toml(c);
-  context.start = "topology";
+  context.start = state.woven ? "woven" : "topology";
+  context.mismatch = state.mismatch;
   context.violations = relax::order_violations(relax::crossing_order(cell, q), relax::crossing_order(cell, result.q));
   context.wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const std::filesystem::path output = options.output.empty() ? std::filesystem::path("results") / (c.name + "_relaxed") : options.output;

@@ -6,12 +6,12 @@
 namespace heddle {
 
 struct RelaxOptions {
-  std::filesystem::path input;         ///< case file or its folder: a start from topology
+  std::filesystem::path input;         ///< folder or file of a woven cell; or a case, for a start from topology
   std::filesystem::path output;        ///< default ./results/NAME_relaxed
   std::vector<std::string> overrides;  ///< key.path=value
-  int fibers = 0;                      ///< per yarn; 0: as the case has it
-  double warp_tension = 0;             ///< per yarn [N]; 0: the loom's
-  double weft_tension = 0;             ///< per yarn [N]; 0: as the warp
+  int fibers = 0;                      ///< per yarn, from topology; 0: as the case has it
+  double warp_tension = 0;             ///< per yarn [N]; 0: the woven rest lengths, from topology the loom's
+  double weft_tension = 0;             ///< per yarn [N]; 0: the woven rest lengths, from topology as the warp
   double pressure = 0;                 ///< of the platens [Pa]
   double element_length = 0;           ///< [fiber diameters]; 0: as the case has it
   int iterations = 300;

@@ -12,8 +12,8 @@ using weave::FiberType;
 using weave::PairLaw;
 using weave::Vec3;
 
-/// Fibers of a unit cell that is periodic in x and y and free in z. A fiber is a chain of nodes that closes on itself under a translation of
-/// the lattice: a warp after +length_x, a weft after +length_y. The nodes are the control points of the fiber's axis, a quadratic B-spline:
+/// Fibers of a unit cell that is periodic in x and y and free in z. A fiber is a chain of nodes that closes under a translation of the
+/// lattice, a warp after +length_x, a weft after +length_y: on itself, or, as fibers change places in a yarn, on another fiber of its yarn. The nodes are the control points of the fiber's axis, a quadratic B-spline:
 /// it has a tangent everywhere, so that the distance of two fibers has a gradient everywhere, which that of two poly-lines lacks on the
 /// inside of a bend. Span i of the axis belongs to node i and runs from the middle of the bar before it to the middle of the bar after it.
 struct Cell {
@@ -29,6 +29,8 @@ struct Cell {
   std::vector<std::uint8_t> weft;
   std::vector<std::uint16_t> type;
   std::vector<int> yarn, place;       ///< as in weave::Snapshot
+  std::vector<std::uint32_t> next;    ///< fiber that goes on where this one ends, a period later; a permutation of each yarn's fibers
+  std::vector<std::uint32_t> previous;  ///< its inverse
   std::vector<double> tension;        ///< prescribed, the rest length being free [N]; 0: the rest lengths are given
 
   // per node
@@ -54,11 +56,11 @@ struct Cell {
   };
   [[nodiscard]] ChainNode after(std::uint32_t node) const {
     const std::uint32_t f = fiber_of[node];
-    return node + 1 < first[f + 1] ? ChainNode{node + 1, 0} : ChainNode{first[f], 1};
+    return node + 1 < first[f + 1] ? ChainNode{node + 1, 0} : ChainNode{first[next[f]], 1};
   }
   [[nodiscard]] ChainNode before(std::uint32_t node) const {
     const std::uint32_t f = fiber_of[node];
-    return node > first[f] ? ChainNode{node - 1, 0} : ChainNode{first[f + 1] - 1, -1};
+    return node > first[f] ? ChainNode{node - 1, 0} : ChainNode{first[previous[f] + 1] - 1, -1};
   }
 };
 
@@ -75,7 +77,10 @@ struct CellFiber {
 /// Fills `pair_laws` from `types`.
 void finish_types(Cell& cell);
 
-/// Appends a fiber to the cell and its nodes to `x`. Throws std::invalid_argument for fewer than three nodes or a rest length <= 0.
+/// Lets each fiber go on in `next` (fibers). Throws std::invalid_argument unless that is a permutation within each yarn.
+void close_fibers(Cell& cell, const std::vector<std::uint32_t>& next);
+
+/// Appends a fiber that closes on itself to the cell and its nodes to `x`. Throws std::invalid_argument for fewer than three nodes or a rest length <= 0.
 void add_fiber(Cell& cell, const CellFiber& fiber, std::vector<Vec3>& x);
 
 /// Where the unknowns of a cell stand in one vector, all of them lengths [m]: three coordinates per node; then for each fiber of prescribed

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "relax/minimize.hpp"
+#include "relax/woven_start.hpp"
 #include "weave/measures.hpp"
 #include "weave/snapshot.hpp"
 
@@ -22,6 +23,7 @@ int order_violations(const Eigen::MatrixXi& before, const Eigen::MatrixXi& after
 /// What a summary holds beside the minimization's own result.
 struct ReportContext {
   std::string case_name, case_toml, start;  ///< start: "topology" or "woven"
+  FaceMismatch mismatch;                    ///< of a woven start
   int violations = 0;
   double wall = 0;                          ///< [s]
 };
