@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "cholesky.hpp"
+#include "first_order.hpp"
 
 namespace relax {
 namespace {
@@ -65,10 +66,11 @@ class Minimization {
     if (q.size() != unknowns_.size || !q.allFinite()) throw std::invalid_argument("minimize: the start has the wrong size or is not finite");
     result_.q = q;
     result_.reference_tension = reference_tension(cell, q);
-    find_contacts_anew();
   }
 
   MinimizeResult run() {
+    calm_down(cell_, pins_, options_, result_);
+    find_contacts_anew();
     evaluate(false);
     note(0, 0, false);
     for (int i = 0; i < options_.iterations_max && !step(); ++i) {
@@ -79,6 +81,7 @@ class Minimization {
 
   /// Gradient, Hessian and Newton step of the present state, which is kept.
   void certify_state() {
+    if (!hessian_) find_contacts_anew();
     evaluate(false);
     Certificate& c = result_.certificate;
     c = {};

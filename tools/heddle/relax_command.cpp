@@ -20,7 +20,7 @@ namespace {
 
 void show(const relax::MinimizeProgress& p) {
   fmt::print(stderr, "{:4}  energy {:.9e} J  gradient {:.2e}  step {:.2e} m  shift {:.1e}{}  {} contact points  {:.1f} s\n", p.iteration, p.energy,
-             p.gradient_max, p.step_max, p.shift, p.convex ? " convex" : "", p.touching, p.wall);
+             p.gradient_max, p.step_max, p.shift, p.first_order ? " first order" : p.convex ? " convex" : "", p.touching, p.wall);
 }
 
 void print_certificate(const relax::MinimizeResult& r) {
@@ -88,6 +88,7 @@ int relax_command(const RelaxOptions& options) {
 
   relax::MinimizeOptions minimize;
   minimize.iterations_max = options.iterations;
+  minimize.first_order_max = options.first_order;
   if (!options.quiet) minimize.on_progress = show;
   const relax::MinimizeResult result = relax::minimize(cell, q, minimize);
 

@@ -14,7 +14,8 @@ struct RelaxOptions {
   double weft_tension = 0;             ///< per yarn [N]; 0: the woven rest lengths, from topology as the warp
   double pressure = 0;                 ///< of the platens [Pa]
   double element_length = 0;           ///< [fiber diameters]; 0: as the case has it
-  int iterations = 300;
+  int iterations = 300;                ///< of Newton's method, at most
+  int first_order = 400;               ///< steps before it, at most
   bool quiet = false;
 };
 

@@ -8,7 +8,9 @@
 namespace relax {
 
 struct MinimizeOptions {
-  int iterations_max = 300;
+  int first_order_max = 400;         ///< steps of the first-order phase before Newton's method; 0: none
+  double first_order_tolerance = 2e-2;  ///< gradient at which it hands over: largest component over the reference tension
+  int iterations_max = 300;          ///< of Newton's method
   double skin = 0.3;                 ///< of the contact list [largest fiber diameters]
   double gradient_tolerance = 1e-8;  ///< largest component over the reference tension
   double step_tolerance = 1e-8;      ///< largest component of the Newton step [smallest fiber diameters]
@@ -24,6 +26,7 @@ struct MinimizeProgress {
   double gradient_max = 0;  ///< over the reference tension
   double step_max = 0;      ///< largest way of a node in the step to here [m]
   double shift = 0;         ///< added to the Hessian for that step [N/m]
+  bool first_order = false; ///< energy and gradient are those before the step of the first-order phase
   bool convex = false;      ///< its indefinite terms were left out for that step
   std::size_t touching = 0; ///< contact points
   double wall = 0;          ///< since the start [s]
@@ -42,7 +45,7 @@ struct Certificate {
 };
 
 struct StageWall {
-  double search = 0, assembly = 0, analysis = 0, factorization = 0, solution = 0;  ///< [s]
+  double search = 0, assembly = 0, first_order_metric = 0, analysis = 0, factorization = 0, solution = 0;  ///< [s]
 };
 
 struct MinimizeResult {
@@ -64,7 +67,7 @@ double reference_tension(const Cell& cell, const Eigen::VectorXd& q);
 /// Unknowns that pins hold.
 std::vector<Eigen::Index> pinned_unknowns(const Cell& cell);
 
-/// Newton's method from `q` to a certified minimum; each step's energy is less than the one before, or, where round-off hides that, its
+/// A first-order phase (preconditioned FIRE), then Newton's method from `q` to a certified minimum; each Newton step's energy is less than the one before, or, where round-off hides that, its
 /// gradient. The true Hessian comes first; without its indefinite terms, then with a shift, only where it is not positive definite. No node
 /// moves farther than half the skin in a step. At a saddle it goes on along the direction of negative curvature.
 /// A state that is no certified minimum is returned with what blocks it. Throws std::invalid_argument for a `q` of wrong size or not finite.
