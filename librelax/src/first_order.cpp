@@ -35,7 +35,7 @@ class Metric {
     bending_energy(cell, q, convex);
     // What couples different fibers is outside the pattern and left out.
     for (int twice = 0; twice < 2; ++twice) contact_energy(inflated_, list, q, convex);
-    platen_energy(cell, unknowns, q, convex);
+    platen_energy(inflated_, unknowns, q, convex);
     matrix_.pin(pins, scale);
     double shift = regular * scale;
     while (!factor_.factorize(matrix_, shift)) shift *= 10;
@@ -57,6 +57,7 @@ class Metric {
 double way_max(const Unknowns& unknowns, const Eigen::VectorXd& step) {
   double way2 = 0;
   for (Eigen::Index i = 0; i < unknowns.nodes; ++i) way2 = std::max(way2, step.segment<3>(3 * i).squaredNorm());
+  if (unknowns.platens >= 0) way2 = std::max(way2, step.segment<2>(unknowns.platens).cwiseAbs2().maxCoeff());
   return std::sqrt(way2);
 }
 
@@ -95,7 +96,7 @@ void calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins, const Mi
       result.wall.first_order_metric += seconds_since(stage);
       metric_age = 1;
     }
-    if (gradient_max <= options.first_order_tolerance) return;
+    if (gradient_max <= options.first_order_tolerance || !std::isfinite(energy)) return;
 
     const Eigen::VectorXd pull = metric.solve(-gradient);  // M^-1 F
     const double power = -gradient.dot(v);

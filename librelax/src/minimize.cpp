@@ -94,12 +94,14 @@ class Minimization {
       c.newton_step_max = newton.cwiseAbs().maxCoeff(&at) / scale_.diameter_min;
       c.contacts_steady = touches_at(result_.q) == touches_at(result_.q + newton);
     }
-    if (c.gradient_max > options_.gradient_tolerance) {
+    if (!std::isfinite(result_.energy.sum()) || !gradient_.allFinite()) {
+      c.blocked_by = "the state is not finite";
+    } else if (!(c.gradient_max <= options_.gradient_tolerance)) {
       gradient_.cwiseAbs().maxCoeff(&at);
       c.blocked_by = "gradient at " + name_of(cell_, unknowns_, at);
     } else if (!c.positive_definite) {
       c.blocked_by = "no minimum: the Hessian is not positive definite at " + name_of(cell_, unknowns_, cholesky_->failed_at());
-    } else if (c.newton_step_max > options_.step_tolerance) {
+    } else if (!(c.newton_step_max <= options_.step_tolerance)) {
       c.blocked_by = "Newton step at " + name_of(cell_, unknowns_, at);
     } else if (!c.contacts_steady) {
       c.blocked_by = "contacts open or close in the last step";
@@ -186,6 +188,7 @@ class Minimization {
   [[nodiscard]] double way_max(const Eigen::VectorXd& step) const {
     double way2 = 0;
     for (Eigen::Index i = 0; i < unknowns_.nodes; ++i) way2 = std::max(way2, step.segment<3>(3 * i).squaredNorm());
+    if (unknowns_.platens >= 0) way2 = std::max(way2, step.segment<2>(unknowns_.platens).cwiseAbs2().maxCoeff());
     return std::sqrt(way2);
   }
 

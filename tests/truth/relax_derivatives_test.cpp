@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 
 #include "scenes/cells.hpp"
@@ -148,6 +149,37 @@ TEST(relax_potential, list_misses_no_contact_while_it_lasts) {
   ASSERT_FALSE(s.list.late(s.posed.cell, q));
   const auto contact = [&](const relax::ContactList& list) { return relax::contact_energy(s.posed.cell, list, q, {}); };
   EXPECT_NEAR(contact(s.list) / contact(relax::find_contacts(s.posed.cell, q, 3 * d)), 1, 1e-12);
+}
+
+TEST(relax_potential, fibers_that_change_places_are_one_fiber_of_a_longer_cell) {
+  // Two warps that run into each other's places, once round the cell, against the one fiber that they are in a cell twice as long.
+  constexpr int nodes = 6;
+  const double length = 9 * d;
+  const auto path = [&](int k) {  // over two lengths
+    const double phase = 2 * 3.14159265358979 * k / (2 * nodes);
+    return weave::Vec3(k * length / nodes, 0.47 * d * std::cos(phase), 0.47 * d * std::sin(phase));
+  };
+  const auto energy = [&](bool doubled) {
+    relax::Cell cell = empty_cell(doubled ? 2 * length : length, 20 * d);
+    cell.types[0].bending_stiffness = 1e-9;
+    std::vector<weave::Vec3> x;
+    for (int f = 0; f < 2; ++f) {
+      relax::CellFiber fiber;
+      for (int k = 0; k < (doubled ? 2 * nodes : nodes); ++k) {
+        weave::Vec3 at = path(k + f * nodes);
+        at.x() -= f * length;
+        fiber.x.push_back(at);
+      }
+      fiber.rest_length.assign(fiber.x.size(), 0.9 * length / nodes);
+      relax::add_fiber(cell, fiber, x);
+    }
+    if (!doubled) relax::close_fibers(cell, {1, 0});
+    const Eigen::VectorXd q = relax::unknowns_at(cell, x);
+    const relax::EnergyParts parts = relax::potential(cell, Unknowns(cell), relax::find_contacts(cell, q, 0.3 * d), q, {});
+    EXPECT_GT(parts.contact, 0);
+    return parts.sum();
+  };
+  EXPECT_NEAR(energy(true) / energy(false), 2, 1e-10);
 }
 
 }  // namespace
