@@ -10,7 +10,9 @@ struct StrainEnergy {
   double value, force, stiffness;
 };
 
-StrainEnergy linear(double e) { return {0.5 * e * e, e, 1}; }
+StrainEnergy linear(double e) {
+  return {0.5 * e * e, e, 1};
+}
 
 StrainEnergy slackening(double e, double compression_factor, double width) {
   const double c = compression_factor;

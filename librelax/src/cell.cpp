@@ -10,7 +10,8 @@ namespace relax {
 void finish_types(Cell& cell) {
   cell.pair_laws.clear();
   for (const FiberType& a : cell.types) {
-    for (const FiberType& b : cell.types) cell.pair_laws.push_back(PairLaw::of(a.radius, b.radius, a.transverse_modulus, b.transverse_modulus));
+    for (const FiberType& b : cell.types)
+      cell.pair_laws.push_back(PairLaw::of(a.radius, b.radius, a.transverse_modulus, b.transverse_modulus));
   }
 }
 
@@ -77,6 +78,8 @@ Eigen::VectorXd unknowns_at(const Cell& cell, const std::vector<Vec3>& x) {
   return q;
 }
 
-Vec3 axis_point(const Cell& cell, const Eigen::VectorXd& q, std::uint32_t node, double share) { return Span(cell, q, node).point(share); }
+Vec3 axis_point(const Cell& cell, const Eigen::VectorXd& q, std::uint32_t node, double share) {
+  return Span(cell, q, node).point(share);
+}
 
 }  // namespace relax

@@ -9,9 +9,9 @@ namespace relax {
 struct ChainPoint {
   bool found = false;  ///< false: no closest point near the start
   Span span;
-  double share = 0;    ///< on the span
-  Vec3 separation;     ///< from it to the point
-  Vec3 shift;          ///< of the span's image [m]
+  double share = 0;  ///< on the span
+  Vec3 separation;   ///< from it to the point
+  Vec3 shift;        ///< of the span's image [m]
 };
 
 /// `other`, `shift`: the span to start from and the translation [m] of its fiber.

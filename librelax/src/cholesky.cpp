@@ -23,8 +23,9 @@ struct Cholesky::Factor {
 
   void check(const char* what) const {
     if (common.status < CHOLMOD_OK) {
-      throw std::runtime_error(std::string("Cholesky: ") + what + (common.status == CHOLMOD_OUT_OF_MEMORY ? ": out of memory" : ": failed") +
-                               " (status " + std::to_string(common.status) + ")");
+      throw std::runtime_error(std::string("Cholesky: ") + what +
+                               (common.status == CHOLMOD_OUT_OF_MEMORY ? ": out of memory" : ": failed") + " (status " +
+                               std::to_string(common.status) + ")");
     }
   }
 };
@@ -32,7 +33,8 @@ struct Cholesky::Factor {
 namespace {
 
 /// Arrays of a matrix as CHOLMOD takes them; it only reads them.
-cholmod_sparse view_of(std::size_t size, const std::vector<std::int64_t>& column, const std::vector<std::int64_t>& row, const double* value) {
+cholmod_sparse view_of(std::size_t size, const std::vector<std::int64_t>& column, const std::vector<std::int64_t>& row,
+                       const double* value) {
   cholmod_sparse a{};
   a.nrow = a.ncol = size;
   a.nzmax = row.size();
@@ -114,7 +116,11 @@ Eigen::VectorXd Cholesky::solve(const Eigen::VectorXd& right) const {
   return result;
 }
 
-double Cholesky::nonzeros() const { return factor_->common.lnz; }
-double Cholesky::flops() const { return factor_->common.fl; }
+double Cholesky::nonzeros() const {
+  return factor_->common.lnz;
+}
+double Cholesky::flops() const {
+  return factor_->common.fl;
+}
 
 }  // namespace relax

@@ -5,8 +5,8 @@
 
 namespace relax {
 
-/// Supernodal Cholesky factorization of a cell's Hessian. The order of elimination is that of the node graph by nested dissection (METIS), the
-/// borders last.
+/// Supernodal Cholesky factorization of a cell's Hessian. The order of elimination is that of the node graph by nested dissection (METIS),
+/// the borders last.
 class Cholesky {
  public:
   /// Analyzes the pattern; lasts as long as that.

@@ -12,8 +12,8 @@ namespace {
 /// Nodes of a contact: three of the point's span, three of the touched span.
 constexpr std::size_t parts = 6;
 
-/// Adds the Hessian of one sample's energy phi(d), with the distance d = min over v of |r|, r = p - y(v). With the coefficients c of the nodes
-/// in r and n = r/d, the gradient of d is c n, v having no first-order part in it. For psi = d^2/2 = min over v of |r|^2/2 =: min G,
+/// Adds the Hessian of one sample's energy phi(d), with the distance d = min over v of |r|, r = p - y(v). With the coefficients c of the
+/// nodes in r and n = r/d, the gradient of d is c n, v having no first-order part in it. For psi = d^2/2 = min over v of |r|^2/2 =: min G,
 ///   d2 psi = G_qq - G_qv G_vq / G_vv, G_qq = c c I, G_qv = c' r - c y', G_vv = y'.y' - r.y'',
 /// (c' by v, zero for the point's own nodes), and d2 d = (d2 psi - n n) / d.
 void add_hessian(const ChainPoint& at, const std::array<std::uint32_t, parts>& node, const std::array<double, parts>& c, double distance,

@@ -9,9 +9,9 @@ namespace relax {
 namespace {
 
 struct SpanBall {
-  Vec3 center;  ///< moved into the cell
+  Vec3 center;         ///< moved into the cell
   int wrap_x, wrap_y;  ///< periods by which it was moved
-  double radius;  ///< that holds the span
+  double radius;       ///< that holds the span
 };
 
 /// Cells of a grid that holds the balls; `reach` is the farthest that two centers of a contact can be apart.
@@ -86,8 +86,8 @@ struct Candidate {
   SpanContact contact;
 };
 
-/// Removes what another candidate has too, where one chain goes on in another fiber; and the span's own endless chain: to touch that, a fiber
-/// would have to turn back, which no fiber of a cloth does.
+/// Removes what another candidate has too, where one chain goes on in another fiber; and the span's own endless chain: to touch that, a
+/// fiber would have to turn back, which no fiber of a cloth does.
 void remove_repeats(const Cell& cell, const Eigen::VectorXd& q, std::uint32_t span, double radius, std::vector<Candidate>& candidates) {
   constexpr double same = 1e-6;  // [radii]
   const Vec3 middle = axis_point(cell, q, span, 0.5);
@@ -141,7 +141,8 @@ ContactList find_contacts(const Cell& cell, const Eigen::VectorXd& q, double ski
       Candidate c{g, 0, distance2, {i, j, balls[i].wrap_x - balls[j].wrap_x + wrap_x, balls[i].wrap_y - balls[j].wrap_y + wrap_y}};
       c.across = cell.weft[g] ? c.contact.image_x : c.contact.image_y;
       if (g == f && c.across == 0) return;
-      const auto known = std::find_if(nearest.begin(), nearest.end(), [&](const Candidate& o) { return o.fiber == g && o.across == c.across; });
+      const auto known =
+          std::find_if(nearest.begin(), nearest.end(), [&](const Candidate& o) { return o.fiber == g && o.across == c.across; });
       if (known == nearest.end()) {
         nearest.push_back(c);
       } else if (distance2 < known->distance2) {

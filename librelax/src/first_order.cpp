@@ -11,24 +11,27 @@ namespace relax {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
+double seconds_since(Clock::time_point t) {
+  return std::chrono::duration<double>(Clock::now() - t).count();
+}
 
 constexpr double step_first = 0.5, step_max = 1.5;  ///< time step, in units of 1/frequency
 constexpr double mixing_first = 0.1, mixing_decay = 0.99, step_growth = 1.1, step_fall = 0.5;
-constexpr double step_least = 0.3;     ///< below the limit of stability anyway, as M is not less than the Hessian
+constexpr double step_least = 0.3;  ///< below the limit of stability anyway, as M is not less than the Hessian
 constexpr int steps_before_growth = 5;
-constexpr double way_limit = 0.1;      ///< of a node in one step [smallest diameters]
-constexpr int metric_interval = 10;    ///< steps for which M is kept, unless the motion turns uphill before
-constexpr double near_touch = 1.04;    ///< radii by which M sees fibers: those that may touch before it is renewed have to be in it
-constexpr double regular = 1e-6;       ///< added to M: of the reference tension over the diameter, for slack fibers that nothing holds
+constexpr double way_limit = 0.1;    ///< of a node in one step [smallest diameters]
+constexpr int metric_interval = 10;  ///< steps for which M is kept, unless the motion turns uphill before
+constexpr double near_touch = 1.04;  ///< radii by which M sees fibers: those that may touch before it is renewed have to be in it
+constexpr double regular = 1e-6;     ///< added to M: of the reference tension over the diameter, for slack fibers that nothing holds
 
 /// M with its factor.
 class Metric {
  public:
-  explicit Metric(const Cell& cell) : inflated_(inflate(cell)), matrix_(hessian_for(cell, ContactList{}, Eigen::VectorXd::Zero(Unknowns(cell).size))), factor_(matrix_) {}
+  explicit Metric(const Cell& cell)
+      : inflated_(inflate(cell)), matrix_(hessian_for(cell, ContactList{}, Eigen::VectorXd::Zero(Unknowns(cell).size))), factor_(matrix_) {}
 
-  void renew(const Cell& cell, const Unknowns& unknowns, const ContactList& list, const Eigen::VectorXd& q, const std::vector<Eigen::Index>& pins,
-             double scale) {
+  void renew(const Cell& cell, const Unknowns& unknowns, const ContactList& list, const Eigen::VectorXd& q,
+             const std::vector<Eigen::Index>& pins, double scale) {
     matrix_.set_zero();
     const Derivatives convex{nullptr, &matrix_, true};
     bar_energy(cell, unknowns, q, convex);

@@ -15,7 +15,9 @@ namespace relax {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
+double seconds_since(Clock::time_point t) {
+  return std::chrono::duration<double>(Clock::now() - t).count();
+}
 
 /// Adds the time until its end to a stage.
 class Timed {
@@ -30,11 +32,11 @@ class Timed {
   Clock::time_point start_ = Clock::now();
 };
 
-constexpr double armijo = 1e-4;          ///< share of the predicted fall in energy that a step must bring (Nocedal & Wright 2006, 3.4)
+constexpr double armijo = 1e-4;  ///< share of the predicted fall in energy that a step must bring (Nocedal & Wright 2006, 3.4)
 constexpr int halvings = 14;
-constexpr double round_off = 1e-11;      ///< of the energy: a predicted fall below it can not be seen
-constexpr double shift_first = 1e-4;     ///< [reference tension / diameter]
-constexpr int inverse_iterations = 12;   ///< for the direction of negative curvature
+constexpr double round_off = 1e-11;     ///< of the energy: a predicted fall below it can not be seen
+constexpr double shift_first = 1e-4;    ///< [reference tension / diameter]
+constexpr int inverse_iterations = 12;  ///< for the direction of negative curvature
 
 struct Scale {
   double diameter_min = 1e300, diameter_max = 0;
@@ -50,8 +52,8 @@ std::string name_of(const Cell& cell, const Unknowns& unknowns, Eigen::Index u) 
   if (u < 3 * unknowns.nodes) {
     const auto node = static_cast<std::uint32_t>(u / 3);
     const std::uint32_t f = cell.fiber_of[node];
-    return std::string(1, "xyz"[u % 3]) + " of node " + std::to_string(node - cell.first[f]) + " of fiber " + std::to_string(cell.place[f]) +
-           " of yarn " + std::to_string(cell.yarn[f]);
+    return std::string(1, "xyz"[u % 3]) + " of node " + std::to_string(node - cell.first[f]) + " of fiber " +
+           std::to_string(cell.place[f]) + " of yarn " + std::to_string(cell.yarn[f]);
   }
   const auto f = std::find(unknowns.drawn.begin(), unknowns.drawn.end(), u);
   if (f == unknowns.drawn.end()) return u == unknowns.platens ? "the lower platen" : "the upper platen";
@@ -63,7 +65,8 @@ class Minimization {
  public:
   Minimization(const Cell& cell, const Eigen::VectorXd& q, const MinimizeOptions& options)
       : cell_(cell), options_(options), unknowns_(cell), scale_(cell), pins_(pinned_unknowns(cell)) {
-    if (q.size() != unknowns_.size || !q.allFinite()) throw std::invalid_argument("minimize: the start has the wrong size or is not finite");
+    if (q.size() != unknowns_.size || !q.allFinite())
+      throw std::invalid_argument("minimize: the start has the wrong size or is not finite");
     result_.q = q;
     result_.reference_tension = reference_tension(cell, q);
   }
@@ -86,7 +89,8 @@ class Minimization {
     Certificate& c = result_.certificate;
     c = {};
     c.gradient_max = gradient_max(gradient_);
-    for (const Eigen::Index pin : pins_) c.pin_force_max = std::max(c.pin_force_max, std::abs(force_of_pins_[pin]) / result_.reference_tension);
+    for (const Eigen::Index pin : pins_)
+      c.pin_force_max = std::max(c.pin_force_max, std::abs(force_of_pins_[pin]) / result_.reference_tension);
     c.positive_definite = factorize(0);
     Eigen::Index at = 0;
     if (c.positive_definite) {
@@ -266,7 +270,8 @@ class Minimization {
     return true;
   }
 
-  /// From a saddle along the eigenvector of the most negative curvature, by inverse iteration on the Hessian shifted to be positive definite.
+  /// From a saddle along the eigenvector of the most negative curvature, by inverse iteration on the Hessian shifted to be positive
+  /// definite.
   bool leave_saddle() {
     double shift = 1e-3 * shift_first * result_.reference_tension / scale_.diameter_min;
     while (!factorize(shift)) shift *= 4;

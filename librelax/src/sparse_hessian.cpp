@@ -108,8 +108,8 @@ void SparseHessian::pin(const std::vector<Eigen::Index>& unknowns, double diagon
 Eigen::VectorXd SparseHessian::times(const Eigen::VectorXd& v) const {
   Eigen::VectorXd result = Eigen::VectorXd::Zero(size());
   for (Eigen::Index c = 0; c < size(); ++c) {
-    for (auto k = static_cast<std::size_t>(column_[static_cast<std::size_t>(c)]); k < static_cast<std::size_t>(column_[static_cast<std::size_t>(c) + 1]);
-         ++k) {
+    for (auto k = static_cast<std::size_t>(column_[static_cast<std::size_t>(c)]);
+         k < static_cast<std::size_t>(column_[static_cast<std::size_t>(c) + 1]); ++k) {
       const Eigen::Index r = row_[k];
       result[r] += value_[k] * v[c];
       if (r != c) result[c] += value_[k] * v[r];

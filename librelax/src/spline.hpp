@@ -6,9 +6,13 @@
 namespace relax {
 
 /// Weights of a span's three nodes at share u: uniform quadratic B-spline (de Boor 1978).
-inline Vec3 span_weights(double u) { return {0.5 * (1 - u) * (1 - u), 0.5 + u - u * u, 0.5 * u * u}; }
+inline Vec3 span_weights(double u) {
+  return {0.5 * (1 - u) * (1 - u), 0.5 + u - u * u, 0.5 * u * u};
+}
 /// Their derivatives by u.
-inline Vec3 span_slopes(double u) { return {u - 1, 1 - 2 * u, u}; }
+inline Vec3 span_slopes(double u) {
+  return {u - 1, 1 - 2 * u, u};
+}
 
 /// One span of a fiber's axis: y(u) = start + u slope + u^2/2 curve, u = 0...1, from its nodes x0, x1, x2.
 struct Span {

@@ -61,15 +61,12 @@ std::string summary_json(const Cell& cell, const MinimizeResult& r, const weave:
   j["analyses"] = r.analyses;
   j["factorizations"] = r.factorizations;
   j["wall_s"] = context.wall;
-  j["stage_wall_s"] = {{"search", w.search},
-                       {"assembly", w.assembly},
-                       {"first_order_metric", w.first_order_metric},
-                       {"analysis", w.analysis},
-                       {"factorization", w.factorization},
-                       {"solution", w.solution}};
+  j["stage_wall_s"] = {{"search", w.search},     {"assembly", w.assembly},           {"first_order_metric", w.first_order_metric},
+                       {"analysis", w.analysis}, {"factorization", w.factorization}, {"solution", w.solution}};
   j["peak_memory_bytes"] = 1024.0 * static_cast<double>(usage.ru_maxrss);
   ordered_json history = ordered_json::array();
-  for (const MinimizeProgress& p : r.history) history.push_back({p.energy, p.gradient_max, p.step_max, p.shift, p.convex, p.first_order, p.touching, p.wall});
+  for (const MinimizeProgress& p : r.history)
+    history.push_back({p.energy, p.gradient_max, p.step_max, p.shift, p.convex, p.first_order, p.touching, p.wall});
   j["history_columns"] = {"energy_J", "gradient_max", "step_max_m", "shift_N_per_m", "convex", "first_order", "touching", "wall_s"};
   j["history"] = history;
   j["case_toml"] = context.case_toml;

@@ -15,8 +15,8 @@ constexpr double no_limit = 1e300;  ///< on a yarn's width
 
 /// Heights of weft layers and of warps between them.
 struct Stack {
-  std::vector<double> weft_z;                 ///< per layer, top first [m]
-  std::vector<std::vector<double>> warp_z;    ///< per warp and column [m]
+  std::vector<double> weft_z;               ///< per layer, top first [m]
+  std::vector<std::vector<double>> warp_z;  ///< per warp and column [m]
 };
 
 double height_of(const weave::Case& c, const std::string& yarn) {
@@ -92,7 +92,8 @@ CellFiber fiber_along(std::vector<Vec3> x, const Vec3& period) {
 }  // namespace
 
 std::pair<Cell, std::vector<Vec3>> cell_from_topology(const weave::Case& c, const TopologyOptions& options) {
-  if (!(options.warp_tension > 0 && options.weft_tension > 0)) throw std::invalid_argument("a start from topology needs tensions > 0 for warp and weft");
+  if (!(options.warp_tension > 0 && options.weft_tension > 0))
+    throw std::invalid_argument("a start from topology needs tensions > 0 for warp and weft");
   const auto positions = weave::positions_from_weaving_matrix(c.matrix(), c.layers);
   if (!positions) throw std::invalid_argument("a start from topology needs a weaving matrix that warp positions describe");
   const weave::LoomLayout layout = weave::lay_out(c);

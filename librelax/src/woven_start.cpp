@@ -15,7 +15,9 @@ struct Range {
   [[nodiscard]] std::size_t last() const { return end - 1; }
 };
 
-Range nodes_of(const weave::Snapshot& s, std::size_t f) { return {static_cast<std::size_t>(s.offset[f]), static_cast<std::size_t>(s.offset[f + 1])}; }
+Range nodes_of(const weave::Snapshot& s, std::size_t f) {
+  return {static_cast<std::size_t>(s.offset[f]), static_cast<std::size_t>(s.offset[f + 1])};
+}
 
 /// Fibers in which the fibers of one yarn go on, and the distances that are left.
 void pair_across_faces(const weave::Snapshot& s, std::size_t begin, std::size_t end, const Vec3& period, std::vector<std::uint32_t>& next) {
@@ -23,12 +25,14 @@ void pair_across_faces(const weave::Snapshot& s, std::size_t begin, std::size_t 
   Eigen::MatrixXd cost(n, n);
   for (Eigen::Index i = 0; i < n; ++i) {
     for (Eigen::Index j = 0; j < n; ++j) {
-      const Vec3 gap = s.x[nodes_of(s, begin + static_cast<std::size_t>(i)).last()] - s.x[nodes_of(s, begin + static_cast<std::size_t>(j)).begin] - period;
+      const Vec3 gap = s.x[nodes_of(s, begin + static_cast<std::size_t>(i)).last()] -
+                       s.x[nodes_of(s, begin + static_cast<std::size_t>(j)).begin] - period;
       cost(i, j) = gap.squaredNorm();
     }
   }
   const std::vector<Eigen::Index> partner = weave::cheapest_assignment(cost);
-  for (std::size_t i = 0; i < partner.size(); ++i) next[begin + i] = static_cast<std::uint32_t>(begin + static_cast<std::size_t>(partner[i]));
+  for (std::size_t i = 0; i < partner.size(); ++i)
+    next[begin + i] = static_cast<std::uint32_t>(begin + static_cast<std::size_t>(partner[i]));
 }
 
 /// Points evenly spread over a fiber's rest length, the last one left out, each moved by its share of -mismatch.
@@ -68,7 +72,8 @@ WovenStart cell_from_woven(const weave::Case& c, const weave::Snapshot& woven, c
   for (std::size_t begin = 0; begin < woven.fibers();) {
     std::size_t end = begin + 1;
     while (end < woven.fibers() && woven.yarn[end] == woven.yarn[begin]) ++end;
-    if (woven.yarn[begin] < 0 || woven.yarn[begin] >= warps + c.picks_per_cell() || (woven.weft[begin] != 0) != (woven.yarn[begin] >= warps)) {
+    if (woven.yarn[begin] < 0 || woven.yarn[begin] >= warps + c.picks_per_cell() ||
+        (woven.weft[begin] != 0) != (woven.yarn[begin] >= warps)) {
       throw std::invalid_argument("a start from a woven state needs a unit cell of its own case");
     }
     for (std::size_t f = begin; f < end; ++f) next[f] = static_cast<std::uint32_t>(f);
@@ -79,7 +84,8 @@ WovenStart cell_from_woven(const weave::Case& c, const weave::Snapshot& woven, c
   for (std::size_t f = 0; f < woven.fibers(); ++f) {
     const bool weft = woven.weft[f] != 0;
     const int yarn = woven.yarn[f];
-    const int type = weft ? layout.weft_type[static_cast<std::size_t>((yarn - warps) % c.layers)] : layout.warps[static_cast<std::size_t>(yarn)].type;
+    const int type =
+        weft ? layout.weft_type[static_cast<std::size_t>((yarn - warps) % c.layers)] : layout.warps[static_cast<std::size_t>(yarn)].type;
     const Range range = nodes_of(woven, f);
     const Vec3 mismatch = woven.x[range.last()] - woven.x[nodes_of(woven, next[f]).begin] - (weft ? along_y : along_x);
     const double diameter = 2 * cell.types[static_cast<std::size_t>(type)].radius;

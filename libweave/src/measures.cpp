@@ -147,7 +147,8 @@ Steadiness steadiness(const Snapshot& a, const Snapshot& b) {
     const auto n = static_cast<Eigen::Index>(end - first);
     Eigen::MatrixXd cost(n, n);
     for (Eigen::Index i = 0; i < n; ++i) {
-      for (Eigen::Index j = 0; j < n; ++j) cost(i, j) = distance(first + static_cast<std::size_t>(i), first + static_cast<std::size_t>(j), nullptr);
+      for (Eigen::Index j = 0; j < n; ++j)
+        cost(i, j) = distance(first + static_cast<std::size_t>(i), first + static_cast<std::size_t>(j), nullptr);
     }
     const std::vector<Eigen::Index> partner = cheapest_assignment(cost);
     for (Eigen::Index i = 0; i < n; ++i) {

@@ -18,7 +18,8 @@ weave::Case plain_weave(const PlainWeave& w) {
     for (int k = 0; k < columns; ++k) rows += fmt::format("{}\"{}\"", k ? ", " : "", (i + k) % 2 ? "-" : "+");
     sections += fmt::format("[[section]]\nyarn = \"y\"\ndent = {}\nmatrix = [{}]\n", i, rows);
   }
-  const std::string text = fmt::format(R"(name = "plain"
+  const std::string text =
+      fmt::format(R"(name = "plain"
 title = "plain weave"
 [fabric]
 layers = 1
@@ -46,7 +47,7 @@ time = "2 ms"
 [take_up]
 length = "{:.17g} m"
 )",
-                                       columns, linear_density, w.youngs_modulus, w.transverse_modulus, w.fibers, sections, w.pitch, w.pitch);
+                  columns, linear_density, w.youngs_modulus, w.transverse_modulus, w.fibers, sections, w.pitch, w.pitch);
   return weave::parse_case(text, "plain_weave");
 }
 

@@ -12,9 +12,9 @@ namespace scenes {
 /// Plain weave of two warps and two wefts at a given pitch, with fibers of 0.1 mm in diameter.
 struct PlainWeave {
   int fibers = 1;
-  double pitch = 6e-4;  ///< [m]
+  double pitch = 6e-4;                                    ///< [m]
   double youngs_modulus = 1e9, transverse_modulus = 1e9;  ///< [Pa]
-  int repeat_x = 1, repeat_y = 1;  ///< of the weave's repeat in the cell
+  int repeat_x = 1, repeat_y = 1;                         ///< of the weave's repeat in the cell
 };
 weave::Case plain_weave(const PlainWeave& weave);
 

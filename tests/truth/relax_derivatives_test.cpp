@@ -40,7 +40,7 @@ Errors errors_of(const Term& term, const Eigen::VectorXd& q, relax::SparseHessia
   return errors;
 }
 
-constexpr double d = 1e-4;       ///< fiber diameter [m]
+constexpr double d = 1e-4;  ///< fiber diameter [m]
 constexpr double h = 1e-6 * d;
 
 /// Plain weave with everything in it: bending, one family by tension and one by rest lengths, platens; shaken.
@@ -92,8 +92,9 @@ TEST(relax_derivatives, bending) {
 
 TEST(relax_derivatives, platens) {
   const Shaken s(1, 3);
-  const Errors e = errors_of([&](const Eigen::VectorXd& q, Derivatives want) { return relax::platen_energy(s.posed.cell, s.unknowns, q, want); },
-                             s.q, s.hessian(), h);
+  const Errors e =
+      errors_of([&](const Eigen::VectorXd& q, Derivatives want) { return relax::platen_energy(s.posed.cell, s.unknowns, q, want); }, s.q,
+                s.hessian(), h);
   EXPECT_LT(e.gradient, 1e-7);
   EXPECT_LT(e.hessian, 1e-4);  // slope like the root of the overlap at touch
 }
@@ -101,8 +102,9 @@ TEST(relax_derivatives, platens) {
 TEST(relax_derivatives, contact_of_crossing_fibers) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     const Shaken s(1, seed);
-    const Errors e = errors_of([&](const Eigen::VectorXd& q, Derivatives want) { return relax::contact_energy(s.posed.cell, s.list, q, want); },
-                               s.q, s.hessian(), h);
+    const Errors e =
+        errors_of([&](const Eigen::VectorXd& q, Derivatives want) { return relax::contact_energy(s.posed.cell, s.list, q, want); }, s.q,
+                  s.hessian(), h);
     EXPECT_LT(e.gradient, 1e-7);
     EXPECT_LT(e.hessian, 1e-3);  // slope like the root of the overlap at touch, and jumps of the axis' curvature at joints
   }
@@ -110,8 +112,9 @@ TEST(relax_derivatives, contact_of_crossing_fibers) {
 
 TEST(relax_derivatives, contact_within_and_between_yarns) {
   const Shaken s(3, 5);
-  const Errors e = errors_of([&](const Eigen::VectorXd& q, Derivatives want) { return relax::contact_energy(s.posed.cell, s.list, q, want); }, s.q,
-                             s.hessian(), h);
+  const Errors e =
+      errors_of([&](const Eigen::VectorXd& q, Derivatives want) { return relax::contact_energy(s.posed.cell, s.list, q, want); }, s.q,
+                s.hessian(), h);
   EXPECT_LT(e.gradient, 1e-7);
   EXPECT_LT(e.hessian, 1e-3);
 }

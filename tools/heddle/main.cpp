@@ -31,12 +31,15 @@ int main(int argc, char** argv) {
 
   heddle::RelaxOptions relax;
   CLI::App* relax_app = app.add_subcommand("relax", "Relax a unit cell to a certified minimum of its energy");
-  relax_app->add_option("input", relax.input, "results folder or .vtkhdf file of a woven cell; or a case, to start from its topology")->required();
+  relax_app->add_option("input", relax.input, "results folder or .vtkhdf file of a woven cell; or a case, to start from its topology")
+      ->required();
   relax_app->add_option("-o,--output", relax.output, "results folder (default results/NAME_relaxed)");
   relax_app->add_option("--set", relax.overrides, "change a value of the case: key.path=value")->type_name("KEY=VALUE");
   relax_app->add_option("--fibers", relax.fibers, "digital fibers a yarn, e.g. 7, 19, 37, 61, 127")->check(CLI::Range(1, 1000));
-  relax_app->add_option("--warp-tension", relax.warp_tension, "per yarn [N] (default: woven rest lengths; from topology the loom's)")->check(CLI::PositiveNumber);
-  relax_app->add_option("--weft-tension", relax.weft_tension, "per yarn [N] (default: woven rest lengths; from topology the warp's)")->check(CLI::PositiveNumber);
+  relax_app->add_option("--warp-tension", relax.warp_tension, "per yarn [N] (default: woven rest lengths; from topology the loom's)")
+      ->check(CLI::PositiveNumber);
+  relax_app->add_option("--weft-tension", relax.weft_tension, "per yarn [N] (default: woven rest lengths; from topology the warp's)")
+      ->check(CLI::PositiveNumber);
   relax_app->add_option("--pressure", relax.pressure, "of platens above and below [Pa]")->check(CLI::NonNegativeNumber);
   relax_app->add_option("--element-length", relax.element_length, "[fiber diameters]")->check(CLI::PositiveNumber);
   relax_app->add_option("--iterations", relax.iterations, "of Newton's method, at most")->check(CLI::Range(0, 100000));

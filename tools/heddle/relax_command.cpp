@@ -19,15 +19,20 @@ namespace heddle {
 namespace {
 
 void show(const relax::MinimizeProgress& p) {
-  fmt::print(stderr, "{:4}  energy {:.9e} J  gradient {:.2e}  step {:.2e} m  shift {:.1e}{}  {} contact points  {:.1f} s\n", p.iteration, p.energy,
-             p.gradient_max, p.step_max, p.shift, p.first_order ? " first order" : p.convex ? " convex" : "", p.touching, p.wall);
+  fmt::print(stderr, "{:4}  energy {:.9e} J  gradient {:.2e}  step {:.2e} m  shift {:.1e}{}  {} contact points  {:.1f} s\n", p.iteration,
+             p.energy, p.gradient_max, p.step_max, p.shift,
+             p.first_order ? " first order"
+             : p.convex    ? " convex"
+                           : "",
+             p.touching, p.wall);
 }
 
 void print_certificate(const relax::MinimizeResult& r) {
   const relax::Certificate& c = r.certificate;
   fmt::print("  {}\n", c.converged ? "certified minimum, without friction" : "NOT CONVERGED: " + c.blocked_by);
-  fmt::print("  gradient {:.2e} of {:.3g} N, Hessian {}positive definite, Newton step {:.2e} d, contacts {}, pins hold {:.2e}\n", c.gradient_max,
-             r.reference_tension, c.positive_definite ? "" : "not ", c.newton_step_max, c.contacts_steady ? "steady" : "not steady", c.pin_force_max);
+  fmt::print("  gradient {:.2e} of {:.3g} N, Hessian {}positive definite, Newton step {:.2e} d, contacts {}, pins hold {:.2e}\n",
+             c.gradient_max, r.reference_tension, c.positive_definite ? "" : "not ", c.newton_step_max,
+             c.contacts_steady ? "steady" : "not steady", c.pin_force_max);
 }
 
 /// What is to be relaxed.
@@ -58,8 +63,8 @@ Start start_of(const RelaxOptions& options) {
     start.x = std::move(cut.x);
     start.mismatch = cut.mismatch;
     start.woven = true;
-    fmt::print("cut out of {}: warps meet across the faces within {:.3f} d (mean), {:.3f} d (largest), {} go on in another place\n", file.string(),
-               start.mismatch.mean, start.mismatch.largest, start.mismatch.moved);
+    fmt::print("cut out of {}: warps meet across the faces within {:.3f} d (mean), {:.3f} d (largest), {} go on in another place\n",
+               file.string(), start.mismatch.mean, start.mismatch.largest, start.mismatch.moved);
     return start;
   }
   std::vector<std::string> overrides = options.overrides;

@@ -13,28 +13,29 @@ using weave::PairLaw;
 using weave::Vec3;
 
 /// Fibers of a unit cell that is periodic in x and y and free in z. A fiber is a chain of nodes that closes under a translation of the
-/// lattice, a warp after +length_x, a weft after +length_y: on itself, or, as fibers change places in a yarn, on another fiber of its yarn. The nodes are the control points of the fiber's axis, a quadratic B-spline:
-/// it has a tangent everywhere, so that the distance of two fibers has a gradient everywhere, which that of two poly-lines lacks on the
-/// inside of a bend. Span i of the axis belongs to node i and runs from the middle of the bar before it to the middle of the bar after it.
+/// lattice, a warp after +length_x, a weft after +length_y: on itself, or, as fibers change places in a yarn, on another fiber of its yarn.
+/// The nodes are the control points of the fiber's axis, a quadratic B-spline: it has a tangent everywhere, so that the distance of two
+/// fibers has a gradient everywhere, which that of two poly-lines lacks on the inside of a bend. Span i of the axis belongs to node i and
+/// runs from the middle of the bar before it to the middle of the bar after it.
 struct Cell {
   double length_x = 0, length_y = 0;  ///< [m]
   double pressure = 0;                ///< of two rigid, frictionless platens above and below [Pa]; 0: none
   double slack_strain = 1e-4;         ///< within this strain of its rest length a bar's stiffness passes from that in compression to E
 
   std::vector<FiberType> types;
-  std::vector<PairLaw> pair_laws;     ///< (types x types)
+  std::vector<PairLaw> pair_laws;  ///< (types x types)
 
   // per fiber
-  std::vector<std::uint32_t> first;   ///< nodes first[f] ... first[f+1]-1; size fibers + 1
+  std::vector<std::uint32_t> first;  ///< nodes first[f] ... first[f+1]-1; size fibers + 1
   std::vector<std::uint8_t> weft;
   std::vector<std::uint16_t> type;
-  std::vector<int> yarn, place;       ///< as in weave::Snapshot
-  std::vector<std::uint32_t> next;    ///< fiber that goes on where this one ends, a period later; a permutation of each yarn's fibers
+  std::vector<int> yarn, place;         ///< as in weave::Snapshot
+  std::vector<std::uint32_t> next;      ///< fiber that goes on where this one ends, a period later; a permutation of each yarn's fibers
   std::vector<std::uint32_t> previous;  ///< its inverse
-  std::vector<double> tension;        ///< prescribed, the rest length being free [N]; 0: the rest lengths are given
+  std::vector<double> tension;          ///< prescribed, the rest length being free [N]; 0: the rest lengths are given
 
   // per node
-  std::vector<double> rest_length;    ///< of the bar from this node to the next [m]
+  std::vector<double> rest_length;  ///< of the bar from this node to the next [m]
   std::vector<std::uint32_t> fiber_of;
 
   [[nodiscard]] std::size_t fibers() const { return type.size(); }
@@ -80,7 +81,8 @@ void finish_types(Cell& cell);
 /// Lets each fiber go on in `next` (fibers). Throws std::invalid_argument unless that is a permutation within each yarn.
 void close_fibers(Cell& cell, const std::vector<std::uint32_t>& next);
 
-/// Appends a fiber that closes on itself to the cell and its nodes to `x`. Throws std::invalid_argument for fewer than three nodes or a rest length <= 0.
+/// Appends a fiber that closes on itself to the cell and its nodes to `x`. Throws std::invalid_argument for fewer than three nodes or a
+/// rest length <= 0.
 void add_fiber(Cell& cell, const CellFiber& fiber, std::vector<Vec3>& x);
 
 /// Where the unknowns of a cell stand in one vector, all of them lengths [m]: three coordinates per node; then for each fiber of prescribed

@@ -8,13 +8,13 @@
 namespace relax {
 
 struct MinimizeOptions {
-  int first_order_max = 400;         ///< steps of the first-order phase before Newton's method; 0: none
+  int first_order_max = 400;            ///< steps of the first-order phase before Newton's method; 0: none
   double first_order_tolerance = 2e-2;  ///< gradient at which it hands over: largest component over the reference tension
-  int iterations_max = 300;          ///< of Newton's method
-  double skin = 0.3;                 ///< of the contact list [largest fiber diameters]
-  double gradient_tolerance = 1e-8;  ///< largest component over the reference tension
-  double step_tolerance = 1e-8;      ///< largest component of the Newton step [smallest fiber diameters]
-  bool leave_saddles = true;         ///< at a saddle, go on along the direction of negative curvature
+  int iterations_max = 300;             ///< of Newton's method
+  double skin = 0.3;                    ///< of the contact list [largest fiber diameters]
+  double gradient_tolerance = 1e-8;     ///< largest component over the reference tension
+  double step_tolerance = 1e-8;         ///< largest component of the Newton step [smallest fiber diameters]
+  bool leave_saddles = true;            ///< at a saddle, go on along the direction of negative curvature
   ContactSampling sampling;
   std::function<void(const struct MinimizeProgress&)> on_progress;
 };
@@ -22,14 +22,14 @@ struct MinimizeOptions {
 /// One iteration of the minimization.
 struct MinimizeProgress {
   int iteration = 0;
-  double energy = 0;        ///< [J]
-  double gradient_max = 0;  ///< over the reference tension
-  double step_max = 0;      ///< largest way of a node in the step to here [m]
-  double shift = 0;         ///< added to the Hessian for that step [N/m]
-  bool first_order = false; ///< energy and gradient are those before the step of the first-order phase
-  bool convex = false;      ///< its indefinite terms were left out for that step
-  std::size_t touching = 0; ///< contact points
-  double wall = 0;          ///< since the start [s]
+  double energy = 0;         ///< [J]
+  double gradient_max = 0;   ///< over the reference tension
+  double step_max = 0;       ///< largest way of a node in the step to here [m]
+  double shift = 0;          ///< added to the Hessian for that step [N/m]
+  bool first_order = false;  ///< energy and gradient are those before the step of the first-order phase
+  bool convex = false;       ///< its indefinite terms were left out for that step
+  std::size_t touching = 0;  ///< contact points
+  double wall = 0;           ///< since the start [s]
 };
 
 /// Proof that a state is a strict minimum of the potential, without friction, but for rigid translations and the sliding of closed fibers
@@ -60,17 +60,18 @@ struct MinimizeResult {
   StageWall wall;
 };
 
-/// Largest prescribed tension of a fiber, or, where there is none, the mean tension of the pulled bars at `q`, or, where there is none of these
-/// either, the tension at a strain of 1e-6 [N].
+/// Largest prescribed tension of a fiber, or, where there is none, the mean tension of the pulled bars at `q`, or, where there is none of
+/// these either, the tension at a strain of 1e-6 [N].
 double reference_tension(const Cell& cell, const Eigen::VectorXd& q);
 
 /// Unknowns that pins hold.
 std::vector<Eigen::Index> pinned_unknowns(const Cell& cell);
 
-/// A first-order phase (preconditioned FIRE), then Newton's method from `q` to a certified minimum; each Newton step's energy is less than the one before, or, where round-off hides that, its
-/// gradient. The true Hessian comes first; without its indefinite terms, then with a shift, only where it is not positive definite. No node
-/// moves farther than half the skin in a step. At a saddle it goes on along the direction of negative curvature.
-/// A state that is no certified minimum is returned with what blocks it. Throws std::invalid_argument for a `q` of wrong size or not finite.
+/// A first-order phase (preconditioned FIRE), then Newton's method from `q` to a certified minimum; each Newton step's energy is less than
+/// the one before, or, where round-off hides that, its gradient. The true Hessian comes first; without its indefinite terms, then with a
+/// shift, only where it is not positive definite. No node moves farther than half the skin in a step. At a saddle it goes on along the
+/// direction of negative curvature. A state that is no certified minimum is returned with what blocks it. Throws std::invalid_argument for
+/// a `q` of wrong size or not finite.
 MinimizeResult minimize(const Cell& cell, const Eigen::VectorXd& q, const MinimizeOptions& options = {});
 
 /// The certificate of a state, whatever made it.

@@ -9,12 +9,12 @@
 
 namespace relax {
 
-/// Fibers as poly-lines through their axes, a point for each node: warps from the face x = 0 to the face x = length_x, wefts from a point to
-/// its image. Tensions are the means of the bars beside a node; arc is along the rest lengths given, drawn-in length left out.
+/// Fibers as poly-lines through their axes, a point for each node: warps from the face x = 0 to the face x = length_x, wefts from a point
+/// to its image. Tensions are the means of the bars beside a node; arc is along the rest lengths given, drawn-in length left out.
 weave::Snapshot snapshot_of(const Cell& cell, const Eigen::VectorXd& q);
 
-/// For each warp yarn and each weft yarn (n_warps x n_wefts, yarns by rising number): +1 where the warp passes over the weft, else -1, by the
-/// mean heights of their fibers where the yarns' centers cross, seen from above.
+/// For each warp yarn and each weft yarn (n_warps x n_wefts, yarns by rising number): +1 where the warp passes over the weft, else -1, by
+/// the mean heights of their fibers where the yarns' centers cross, seen from above.
 Eigen::MatrixXi crossing_order(const Cell& cell, const Eigen::VectorXd& q);
 
 /// Number of crossings that are not as they were.
@@ -25,7 +25,7 @@ struct ReportContext {
   std::string case_name, case_toml, start;  ///< start: "topology" or "woven"
   FaceMismatch mismatch;                    ///< of a woven start
   int violations = 0;
-  double wall = 0;                          ///< [s]
+  double wall = 0;  ///< [s]
 };
 
 /// The summary as JSON text, keys with units.

@@ -25,10 +25,9 @@ struct WovenStart {
   FaceMismatch mismatch;
 };
 
-/// A unit cell out of a woven one (weave::snapshot_of_cell): each warp fiber goes on in the fiber of its yarn that starts nearest to where it
-/// ends, the sum of squared distances over the yarn being least; what is left of the distance is spread along the fiber. Nodes are evenly
-/// spread along the rest lengths.
-/// Throws std::invalid_argument if the snapshot is of no unit cell of the case.
+/// A unit cell out of a woven one (weave::snapshot_of_cell): each warp fiber goes on in the fiber of its yarn that starts nearest to where
+/// it ends, the sum of squared distances over the yarn being least; what is left of the distance is spread along the fiber. Nodes are
+/// evenly spread along the rest lengths. Throws std::invalid_argument if the snapshot is of no unit cell of the case.
 WovenStart cell_from_woven(const weave::Case& c, const weave::Snapshot& woven, const WovenOptions& options);
 
 }  // namespace relax

@@ -4,7 +4,8 @@
 
 namespace weave {
 
-/// Column for each row of a square matrix such that the sum of the costs is least (Kuhn 1955, by shortest augmenting paths with potentials).
+/// Column for each row of a square matrix such that the sum of the costs is least (Kuhn 1955, by shortest augmenting paths with
+/// potentials).
 std::vector<Eigen::Index> cheapest_assignment(const Eigen::MatrixXd& cost);
 
 }  // namespace weave
