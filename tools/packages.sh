@@ -13,6 +13,7 @@ build_packages=(
   nlohmann-json3-dev
   libcli11-dev
   libcairo2-dev
+  libsuitesparse-dev
 )
 
 test_packages=(

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <exception>
 
+#include "relax_command.hpp"
 #include "view.hpp"
 #include "weave/case.hpp"
 #include "weave/version.hpp"
@@ -28,6 +29,23 @@ int main(int argc, char** argv) {
   weave_app->add_flag("--resume", weave_options.resume, "go on from the checkpoint in the results folder");
   weave_app->add_flag("-q,--quiet", weave_options.quiet, "no progress");
 
+  heddle::RelaxOptions relax;
+  CLI::App* relax_app = app.add_subcommand("relax", "Relax a unit cell to a certified minimum of its energy");
+  relax_app->add_option("input", relax.input, "results folder or .vtkhdf file of a woven cell; or a case, to start from its topology")
+      ->required();
+  relax_app->add_option("-o,--output", relax.output, "results folder (default results/NAME_relaxed)");
+  relax_app->add_option("--set", relax.overrides, "change a value of the case: key.path=value")->type_name("KEY=VALUE");
+  relax_app->add_option("--fibers", relax.fibers, "digital fibers a yarn, e.g. 7, 19, 37, 61, 127")->check(CLI::Range(1, 1000));
+  relax_app->add_option("--warp-tension", relax.warp_tension, "per yarn [N] (default: woven rest lengths; from topology the loom's)")
+      ->check(CLI::PositiveNumber);
+  relax_app->add_option("--weft-tension", relax.weft_tension, "per yarn [N] (default: woven rest lengths; from topology the warp's)")
+      ->check(CLI::PositiveNumber);
+  relax_app->add_option("--pressure", relax.pressure, "of platens above and below [Pa]")->check(CLI::NonNegativeNumber);
+  relax_app->add_option("--element-length", relax.element_length, "[fiber diameters]")->check(CLI::PositiveNumber);
+  relax_app->add_option("--iterations", relax.iterations, "of Newton's method, at most")->check(CLI::Range(0, 100000));
+  relax_app->add_option("--first-order", relax.first_order, "steps of the first-order phase, at most")->check(CLI::Range(0, 100000));
+  relax_app->add_flag("-q,--quiet", relax.quiet, "no progress");
+
   heddle::ViewOptions view;
   CLI::App* view_app = app.add_subcommand("view", "Draw pictures of a result");
   view_app->add_option("result", view.results, "results folder or .vtkhdf file")->required();
@@ -42,6 +60,7 @@ int main(int argc, char** argv) {
   try {
     if (*check_app) return heddle::check_command(check);
     if (*weave_app) return heddle::weave_command(weave_options);
+    if (*relax_app) return heddle::relax_command(relax);
     if (view.output.empty()) {
       view.output = (std::filesystem::is_directory(view.results) ? view.results : view.results.parent_path()) / "pictures";
     }

@@ -1,0 +1,91 @@
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "relax/cell.hpp"
+#include "relax/sparse_hessian.hpp"
+
+namespace relax {
+
+/// What is wanted of an energy term beside its value; each is added to, not set.
+struct Derivatives {
+  Eigen::VectorXd* gradient = nullptr;  ///< (unknowns) [N]
+  SparseHessian* hessian = nullptr;     ///< [N/m]
+  bool convex = false;  ///< leave out of the Hessian what makes it indefinite: pushed bars' turning, the turning of contact normals
+};
+
+/// Places where the line contact of two fibers is integrated, in diameters of the finer of the two.
+struct ContactSampling {
+  double within_yarn = 0.5;      ///< fibers run side by side
+  double between_yarns = 0.125;  ///< fibers cross
+};
+
+/// Span of a fiber against the near part of another fiber's endless chain, found at span `other` shifted by the image's periods.
+struct SpanContact {
+  std::uint32_t span = 0, other = 0;
+  std::int32_t image_x = 0, image_y = 0;
+};
+
+/// All contacts that can come about while no node moves by more than skin/2 from where it was.
+struct ContactList {
+  double skin = 0;  ///< [m]
+  ContactSampling sampling;
+  std::vector<SpanContact> contacts;  ///< sorted by span
+  Eigen::VectorXd built_at;           ///< unknowns
+
+  /// Whether a node has moved too far for this list.
+  [[nodiscard]] bool late(const Cell& cell, const Eigen::VectorXd& q) const;
+};
+
+/// Contacts of a cell at `q` (cell grid over spans, periodic in x and y).
+ContactList find_contacts(const Cell& cell, const Eigen::VectorXd& q, double skin, const ContactSampling& sampling = {});
+
+/// Zero Hessian with room for bars, bending, platens and all contacts in the list, as they lie now and a little aside.
+SparseHessian hessian_for(const Cell& cell, const ContactList& list, const Eigen::VectorXd& q);
+
+/// Parts of the potential energy [J].
+struct EnergyParts {
+  double bars = 0, bending = 0, contact = 0;
+  double tension = 0;  ///< prescribed tensions times the rest length drawn into the cell
+  double platens = 0;  ///< contact with them, and pressure times volume between them
+  [[nodiscard]] double sum() const { return bars + bending + contact + tension + platens; }
+};
+
+/// What the contacts are like at a place.
+struct ContactState {
+  double overlap_max = 0;  ///< in sums of two radii
+  std::uint32_t node_max = 0, other_max = 0;
+  std::size_t touching = 0;           ///< sample points
+  std::vector<std::uint8_t> touches;  ///< per listed contact and sample; only where asked for
+  bool want_touches = false;
+};
+
+/// Bars between the nodes: U = E A rho psi(e), e = l/rho - 1, with rho the rest length; psi'' = 1 in tension and the compression factor in
+/// compression, linear in between within the cell's slack strain.
+/// Under a prescribed tension T the rest length is free: all of a fiber's bars share what it draws in, w, as rho = rho_0 (1 + w / sum
+/// rho_0), at the price T* w, where T* = T + T^2/(2 E A). For one bar the least U over rho is then T l: a string of constant tension. One
+/// unknown for the whole fiber, and not one per bar, holds the nodes in place along it. Such bars are linear in compression too, which none
+/// of them is at a minimum.
+double bar_energy(const Cell& cell, const Unknowns& unknowns, const Eigen::VectorXd& q, Derivatives want, double* tension_work = nullptr);
+
+/// Tension of the bar from each node to the next [N].
+std::vector<double> bar_tensions(const Cell& cell, const Unknowns& unknowns, const Eigen::VectorXd& q);
+
+/// Bending: U = sum over nodes E I |x_0 - 2 x_1 + x_2|^2 / (2 h^3), with h the mean rest length of the two bars; that is E I kappa^2 h / 2
+/// for bars of equal length, and quadratic.
+double bending_energy(const Cell& cell, const Eigen::VectorXd& q, Derivatives want);
+
+/// Line contact, weave::PairLaw per length of fiber, integrated at points of both fibers against the closest point of the other's axis,
+/// each side with half the weight. U is a function of positions alone while the closest points are unique.
+double contact_energy(const Cell& cell, const ContactList& list, const Eigen::VectorXd& q, Derivatives want, ContactState* state = nullptr);
+
+/// Platens: rigid planes at heights that are unknowns, pressed together by the cell's pressure p: U = p area (z_upper - z_lower) + contact.
+/// A fiber and its mirror image meet in the plane between them, so contact with a rigid plane is half of the contact of the two, at twice
+/// the overlap.
+double platen_energy(const Cell& cell, const Unknowns& unknowns, const Eigen::VectorXd& q, Derivatives want);
+
+/// The whole potential.
+EnergyParts potential(const Cell& cell, const Unknowns& unknowns, const ContactList& list, const Eigen::VectorXd& q, Derivatives want,
+                      ContactState* state = nullptr);
+
+}  // namespace relax

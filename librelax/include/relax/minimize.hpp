@@ -1,0 +1,80 @@
+#pragma once
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "relax/energy.hpp"
+
+namespace relax {
+
+struct MinimizeOptions {
+  int first_order_max = 400;            ///< steps of the first-order phase before Newton's method; 0: none
+  double first_order_tolerance = 2e-2;  ///< gradient at which it hands over: largest component over the reference tension
+  int iterations_max = 300;             ///< of Newton's method
+  double skin = 0.3;                    ///< of the contact list [largest fiber diameters]
+  double gradient_tolerance = 1e-8;     ///< largest component over the reference tension
+  double step_tolerance = 1e-8;         ///< largest component of the Newton step [smallest fiber diameters]
+  bool leave_saddles = true;            ///< at a saddle, go on along the direction of negative curvature
+  ContactSampling sampling;
+  std::function<void(const struct MinimizeProgress&)> on_progress;
+};
+
+/// One iteration of the minimization.
+struct MinimizeProgress {
+  int iteration = 0;
+  double energy = 0;         ///< [J]
+  double gradient_max = 0;   ///< over the reference tension
+  double step_max = 0;       ///< largest way of a node in the step to here [m]
+  double shift = 0;          ///< added to the Hessian for that step [N/m]
+  bool first_order = false;  ///< energy and gradient are those before the step of the first-order phase
+  bool convex = false;       ///< its indefinite terms were left out for that step
+  std::size_t touching = 0;  ///< contact points
+  double wall = 0;           ///< since the start [s]
+};
+
+/// Proof that a state is a strict minimum of the potential, without friction, but for rigid translations and the sliding of closed fibers
+/// along themselves, which are held by pins: each fiber's first node along its fiber, and one node of the cell along each axis.
+struct Certificate {
+  double gradient_max = 0;         ///< largest component of the gradient over the reference tension, pins left out
+  bool positive_definite = false;  ///< the Hessian as it is, pins left out
+  double newton_step_max = 0;      ///< largest component of its Newton step [smallest fiber diameters]
+  bool contacts_steady = false;    ///< no contact point opens or closes in that step
+  double pin_force_max = 0;        ///< largest force of a pin over the reference tension: what the pins against sliding hold
+  bool converged = false;          ///< all of it holds
+  std::string blocked_by;          ///< what does not, and where; empty if converged
+};
+
+struct StageWall {
+  double search = 0, assembly = 0, first_order_metric = 0, analysis = 0, factorization = 0, solution = 0;  ///< [s]
+};
+
+struct MinimizeResult {
+  Eigen::VectorXd q;
+  Certificate certificate;
+  EnergyParts energy;
+  ContactState contacts;
+  std::vector<MinimizeProgress> history;
+  double reference_tension = 0;  ///< [N]
+  double factor_nonzeros = 0;
+  int analyses = 0, factorizations = 0;
+  StageWall wall;
+};
+
+/// Largest prescribed tension of a fiber, or, where there is none, the mean tension of the pulled bars at `q`, or, where there is none of
+/// these either, the tension at a strain of 1e-6 [N].
+double reference_tension(const Cell& cell, const Eigen::VectorXd& q);
+
+/// Unknowns that pins hold.
+std::vector<Eigen::Index> pinned_unknowns(const Cell& cell);
+
+/// A first-order phase (preconditioned FIRE), then Newton's method from `q` to a certified minimum; each Newton step's energy is less than
+/// the one before, or, where round-off hides that, its gradient. The true Hessian comes first; without its indefinite terms, then with a
+/// shift, only where it is not positive definite. No node moves farther than half the skin in a step. At a saddle it goes on along the
+/// direction of negative curvature. A state that is no certified minimum is returned with what blocks it. Throws std::invalid_argument for
+/// a `q` of wrong size or not finite.
+MinimizeResult minimize(const Cell& cell, const Eigen::VectorXd& q, const MinimizeOptions& options = {});
+
+/// The certificate of a state, whatever made it.
+Certificate certify(const Cell& cell, const Eigen::VectorXd& q, const MinimizeOptions& options = {});
+
+}  // namespace relax

@@ -1,0 +1,34 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "relax/minimize.hpp"
+#include "relax/woven_start.hpp"
+#include "weave/measures.hpp"
+#include "weave/snapshot.hpp"
+
+namespace relax {
+
+/// Fibers as poly-lines through their axes, a point for each node: warps from the face x = 0 to the face x = length_x, wefts from a point
+/// to its image. Tensions are the means of the bars beside a node; arc is along the rest lengths given, drawn-in length left out.
+weave::Snapshot snapshot_of(const Cell& cell, const Eigen::VectorXd& q);
+
+/// For each warp yarn and each weft yarn (n_warps x n_wefts, yarns by rising number): +1 where the warp passes over the weft, else -1, by
+/// the mean heights of their fibers where the yarns' centers cross, seen from above.
+Eigen::MatrixXi crossing_order(const Cell& cell, const Eigen::VectorXd& q);
+
+/// Number of crossings that are not as they were.
+int order_violations(const Eigen::MatrixXi& before, const Eigen::MatrixXi& after);
+
+/// What a summary holds beside the minimization's own result.
+struct ReportContext {
+  std::string case_name, case_toml, start;  ///< start: "topology" or "woven"
+  FaceMismatch mismatch;                    ///< of a woven start
+  int violations = 0;
+  double wall = 0;  ///< [s]
+};
+
+/// The summary as JSON text, keys with units.
+std::string summary_json(const Cell& cell, const MinimizeResult& result, const weave::CellMeasures& measures, const ReportContext& context);
+
+}  // namespace relax

@@ -1,0 +1,33 @@
+#pragma once
+#include <utility>
+#include <vector>
+
+#include "relax/cell.hpp"
+#include "weave/case.hpp"
+#include "weave/snapshot.hpp"
+
+namespace relax {
+
+struct WovenOptions {
+  double warp_tension = 0, weft_tension = 0;  ///< per yarn [N]; 0: the rest lengths of the woven state
+  double element_length = 2;                  ///< [fiber diameters]
+};
+
+/// How well the two faces of a woven cell fit, in fiber diameters.
+struct FaceMismatch {
+  double mean = 0, largest = 0;  ///< distance from a warp fiber's end to the start of the fiber that it goes on in, a period later
+  int moved = 0;                 ///< warp fibers that go on in another place of their yarn
+};
+
+struct WovenStart {
+  Cell cell;
+  std::vector<Vec3> x;  ///< nodes [m]
+  FaceMismatch mismatch;
+};
+
+/// A unit cell out of a woven one (weave::snapshot_of_cell): each warp fiber goes on in the fiber of its yarn that starts nearest to where
+/// it ends, the sum of squared distances over the yarn being least; what is left of the distance is spread along the fiber. Nodes are
+/// evenly spread along the rest lengths. Throws std::invalid_argument if the snapshot is of no unit cell of the case.
+WovenStart cell_from_woven(const weave::Case& c, const weave::Snapshot& woven, const WovenOptions& options);
+
+}  // namespace relax

@@ -1,0 +1,108 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "chain.hpp"
+#include "line_law.hpp"
+#include "relax/energy.hpp"
+
+namespace relax {
+namespace {
+
+/// Nodes of a contact: three of the point's span, three of the touched span.
+constexpr std::size_t parts = 6;
+
+/// Adds the Hessian of one sample's energy phi(d), with the distance d = min over v of |r|, r = p - y(v). With the coefficients c of the
+/// nodes in r and n = r/d, the gradient of d is c n, v having no first-order part in it. For psi = d^2/2 = min over v of |r|^2/2 =: min G,
+///   d2 psi = G_qq - G_qv G_vq / G_vv, G_qq = c c I, G_qv = c' r - c y', G_vv = y'.y' - r.y'',
+/// (c' by v, zero for the point's own nodes), and d2 d = (d2 psi - n n) / d.
+void add_hessian(const ChainPoint& at, const std::array<std::uint32_t, parts>& node, const std::array<double, parts>& c, double distance,
+                 double force, double slope, bool convex, SparseHessian& hessian) {
+  const Vec3 n = at.separation / distance;
+  const Vec3 tangent = at.span.tangent(at.share);
+  const double bend = tangent.squaredNorm() - at.separation.dot(at.span.curve);
+  const double turn = convex ? 0 : -force / distance;  // phi' / d
+  const Vec3 slopes = span_slopes(at.share);
+  std::array<Vec3, parts> g;
+  for (std::size_t a = 0; a < parts; ++a) {
+    const double c_slope = a < 3 ? 0 : -slopes[static_cast<Eigen::Index>(a) - 3];
+    g[a] = c_slope * at.separation - c[a] * tangent;
+  }
+  const Eigen::Matrix3d along_n = n * n.transpose();
+  for (std::size_t a = 0; a < parts; ++a) {
+    for (std::size_t b = a; b < parts; ++b) {
+      Eigen::Matrix3d block = (slope - turn) * c[a] * c[b] * along_n;
+      if (turn != 0) block += turn * (c[a] * c[b] * Eigen::Matrix3d::Identity() - g[a] * g[b].transpose() / bend);
+      if (a != b && node[a] == node[b]) {  // a fiber that touches its own image
+        hessian.add(node[a], node[a], block + block.transpose());
+      } else {
+        hessian.add(node[a], node[b], block);
+      }
+    }
+  }
+}
+
+int samples_on(const Cell& cell, std::uint32_t span, std::uint32_t other, const ContactSampling& sampling) {
+  const std::uint32_t f = cell.fiber_of[span], g = cell.fiber_of[other];
+  const double d = 2 * std::min(cell.type_of(f).radius, cell.type_of(g).radius);
+  const double apart = cell.yarn[f] == cell.yarn[g] ? sampling.within_yarn : sampling.between_yarns;
+  return std::max(1, static_cast<int>(std::ceil(cell.span_length(span) / (apart * d))));
+}
+
+}  // namespace
+
+double contact_energy(const Cell& cell, const ContactList& list, const Eigen::VectorXd& q, Derivatives want, ContactState* state) {
+  double energy = 0;
+  for (const SpanContact& contact : list.contacts) {
+    const std::uint32_t f = cell.fiber_of[contact.span], g = cell.fiber_of[contact.other];
+    const PairLaw& law = cell.pair_law(f, g);
+    const int samples = samples_on(cell, contact.span, contact.other, list.sampling);
+    const double weight = 0.5 * cell.span_length(contact.span) / samples;
+    const Span own(cell, q, contact.span);
+    const Vec3 shift = image_shift(cell, contact.image_x, contact.image_y);
+    for (int s = 0; s < samples; ++s) {
+      const double u = (s + 0.5) / samples;
+      const ChainPoint at = closest_on_chain(cell, q, own.point(u), contact.other, shift);
+      const double distance2 = at.separation.squaredNorm();
+      const bool touches = at.found && distance2 < law.reach * law.reach;
+      if (state && state->want_touches) state->touches.push_back(touches);
+      if (!touches) continue;
+      const double distance = std::sqrt(distance2), overlap = law.reach - distance;
+      energy += weight * law.line_energy(overlap);
+      if (state) {
+        ++state->touching;
+        if (overlap > state->overlap_max * law.reach) {
+          state->overlap_max = overlap / law.reach;
+          state->node_max = contact.span;
+          state->other_max = at.span.node[1];
+        }
+      }
+      if (!want.gradient && !want.hessian) continue;
+      const double force = weight * law.line_force(overlap);
+      const Vec3 own_share = span_weights(u), other_share = span_weights(at.share);
+      const std::array<std::uint32_t, parts> node = {own.node[0],     own.node[1],     own.node[2],
+                                                     at.span.node[0], at.span.node[1], at.span.node[2]};
+      const std::array<double, parts> c = {own_share[0], own_share[1], own_share[2], -other_share[0], -other_share[1], -other_share[2]};
+      if (want.gradient) {
+        const Vec3 push = -force / distance * at.separation;
+        for (std::size_t a = 0; a < parts; ++a) want.gradient->segment<3>(3 * Eigen::Index{node[a]}) += c[a] * push;
+      }
+      if (want.hessian) add_hessian(at, node, c, distance, force, weight * line_force_slope(law, overlap), want.convex, *want.hessian);
+    }
+  }
+  return energy;
+}
+
+EnergyParts potential(const Cell& cell, const Unknowns& unknowns, const ContactList& list, const Eigen::VectorXd& q, Derivatives want,
+                      ContactState* state) {
+  if (want.gradient) want.gradient->setZero(unknowns.size);
+  if (want.hessian) want.hessian->set_zero();
+  EnergyParts parts_of;
+  parts_of.bars = bar_energy(cell, unknowns, q, want, &parts_of.tension);
+  parts_of.bending = bending_energy(cell, q, want);
+  parts_of.contact = contact_energy(cell, list, q, want, state);
+  parts_of.platens = platen_energy(cell, unknowns, q, want);
+  return parts_of;
+}
+
+}  // namespace relax

@@ -1,0 +1,141 @@
+#include "first_order.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+
+#include "cholesky.hpp"
+
+namespace relax {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point t) {
+  return std::chrono::duration<double>(Clock::now() - t).count();
+}
+
+constexpr double step_first = 0.5, step_max = 1.5;  ///< time step, in units of 1/frequency
+constexpr double mixing_first = 0.1, mixing_decay = 0.99, step_growth = 1.1, step_fall = 0.5;
+constexpr double step_least = 0.3;  ///< below the limit of stability anyway, as M is not less than the Hessian
+constexpr int steps_before_growth = 5;
+constexpr double way_limit = 0.1;    ///< of a node in one step [smallest diameters]
+constexpr int metric_interval = 10;  ///< steps for which M is kept, unless the motion turns uphill before
+constexpr double near_touch = 1.04;  ///< radii by which M sees fibers: those that may touch before it is renewed have to be in it
+constexpr double regular = 1e-6;     ///< added to M: of the reference tension over the diameter, for slack fibers that nothing holds
+
+/// M with its factor.
+class Metric {
+ public:
+  explicit Metric(const Cell& cell)
+      : inflated_(inflate(cell)), matrix_(hessian_for(cell, ContactList{}, Eigen::VectorXd::Zero(Unknowns(cell).size))), factor_(matrix_) {}
+
+  void renew(const Cell& cell, const Unknowns& unknowns, const ContactList& list, const Eigen::VectorXd& q,
+             const std::vector<Eigen::Index>& pins, double scale) {
+    matrix_.set_zero();
+    const Derivatives convex{nullptr, &matrix_, true};
+    bar_energy(cell, unknowns, q, convex);
+    bending_energy(cell, q, convex);
+    // What couples different fibers is outside the pattern and left out.
+    for (int twice = 0; twice < 2; ++twice) contact_energy(inflated_, list, q, convex);
+    platen_energy(inflated_, unknowns, q, convex);
+    matrix_.pin(pins, scale);
+    double shift = regular * scale;
+    while (!factor_.factorize(matrix_, shift)) shift *= 10;
+  }
+  [[nodiscard]] Eigen::VectorXd times(const Eigen::VectorXd& v) const { return matrix_.times(v); }
+  [[nodiscard]] Eigen::VectorXd solve(const Eigen::VectorXd& f) const { return factor_.solve(f); }
+
+ private:
+  static Cell inflate(Cell cell) {
+    for (FiberType& type : cell.types) type.radius *= near_touch;
+    finish_types(cell);
+    return cell;
+  }
+  Cell inflated_;
+  SparseHessian matrix_;
+  Cholesky factor_;
+};
+
+double way_max(const Unknowns& unknowns, const Eigen::VectorXd& step) {
+  double way2 = 0;
+  for (Eigen::Index i = 0; i < unknowns.nodes; ++i) way2 = std::max(way2, step.segment<3>(3 * i).squaredNorm());
+  if (unknowns.platens >= 0) way2 = std::max(way2, step.segment<2>(unknowns.platens).cwiseAbs2().maxCoeff());
+  return std::sqrt(way2);
+}
+
+}  // namespace
+
+void calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins, const MinimizeOptions& options, MinimizeResult& result) {
+  if (options.first_order_max <= 0) return;
+  const Clock::time_point start = Clock::now();
+  const Unknowns unknowns(cell);
+  double d_min = 1e300, d_max = 0;
+  for (std::size_t f = 0; f < cell.fibers(); ++f) {
+    d_min = std::min(d_min, 2 * cell.type_of(f).radius);
+    d_max = std::max(d_max, 2 * cell.type_of(f).radius);
+  }
+  const double scale = result.reference_tension / d_min;
+  ContactList list = find_contacts(cell, result.q, options.skin * d_max, options.sampling);
+  Metric metric(cell);
+  Eigen::VectorXd v = Eigen::VectorXd::Zero(unknowns.size), gradient(unknowns.size);
+  double dt = step_first, mixing = mixing_first;
+  int downhill = 0, metric_age = metric_interval;
+  for (int i = 0; i < options.first_order_max; ++i) {
+    Clock::time_point stage = Clock::now();
+    if (list.late(cell, result.q)) {
+      list = find_contacts(cell, result.q, options.skin * d_max, options.sampling);
+      result.wall.search += seconds_since(stage);
+      stage = Clock::now();
+    }
+    ContactState contacts;
+    const double energy = potential(cell, unknowns, list, result.q, {&gradient, nullptr, false}, &contacts).sum();
+    for (const Eigen::Index pin : pins) gradient[pin] = 0;
+    const double gradient_max = gradient.cwiseAbs().maxCoeff() / result.reference_tension;
+    result.wall.assembly += seconds_since(stage);
+    stage = Clock::now();
+    if (metric_age++ >= metric_interval) {
+      metric.renew(cell, unknowns, list, result.q, pins, scale);
+      result.wall.first_order_metric += seconds_since(stage);
+      metric_age = 1;
+    }
+    if (gradient_max <= options.first_order_tolerance || !std::isfinite(energy)) return;
+
+    const Eigen::VectorXd pull = metric.solve(-gradient);  // M^-1 F
+    const double power = -gradient.dot(v);
+    if (power > 0) {
+      const double speed = std::sqrt(std::max(v.dot(metric.times(v)), 0.0)), size = std::sqrt(std::max(-gradient.dot(pull), 1e-300));
+      v = (1 - mixing) * v + mixing * speed / size * pull;
+      if (++downhill > steps_before_growth) {
+        dt = std::min(step_growth * dt, step_max);
+        mixing *= mixing_decay;
+      }
+    } else {
+      v.setZero();
+      dt = std::max(step_fall * dt, step_least);
+      metric_age = metric_interval;
+      mixing = mixing_first;
+      downhill = 0;
+    }
+    v += dt * pull;
+    Eigen::VectorXd step = dt * v;
+    const double way = way_max(unknowns, step), limit = way_limit * d_min;
+    if (way > limit) {
+      step *= limit / way;
+      v *= limit / way;
+    }
+    result.q += step;
+    MinimizeProgress p;
+    p.iteration = static_cast<int>(result.history.size());
+    p.energy = energy;
+    p.gradient_max = gradient_max;
+    p.step_max = std::min(way, limit);
+    p.first_order = true;
+    p.touching = contacts.touching;
+    p.wall = seconds_since(start);
+    result.history.push_back(p);
+    if (options.on_progress) options.on_progress(p);
+  }
+}
+
+}  // namespace relax

@@ -1,0 +1,346 @@
+#include "relax/minimize.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <random>
+#include <stdexcept>
+
+#include "cholesky.hpp"
+#include "first_order.hpp"
+
+namespace relax {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point t) {
+  return std::chrono::duration<double>(Clock::now() - t).count();
+}
+
+/// Adds the time until its end to a stage.
+class Timed {
+ public:
+  explicit Timed(double& stage) : stage_(stage) {}
+  ~Timed() { stage_ += seconds_since(start_); }
+  Timed(const Timed&) = delete;
+  Timed& operator=(const Timed&) = delete;
+
+ private:
+  double& stage_;
+  Clock::time_point start_ = Clock::now();
+};
+
+constexpr double armijo = 1e-4;  ///< share of the predicted fall in energy that a step must bring (Nocedal & Wright 2006, 3.4)
+constexpr int halvings = 14;
+constexpr double round_off = 1e-11;     ///< of the energy: a predicted fall below it can not be seen
+constexpr double shift_first = 1e-4;    ///< [reference tension / diameter]
+constexpr int inverse_iterations = 12;  ///< for the direction of negative curvature
+
+struct Scale {
+  double diameter_min = 1e300, diameter_max = 0;
+  explicit Scale(const Cell& cell) {
+    for (std::size_t f = 0; f < cell.fibers(); ++f) {
+      diameter_min = std::min(diameter_min, 2 * cell.type_of(f).radius);
+      diameter_max = std::max(diameter_max, 2 * cell.type_of(f).radius);
+    }
+  }
+};
+
+std::string name_of(const Cell& cell, const Unknowns& unknowns, Eigen::Index u) {
+  if (u < 3 * unknowns.nodes) {
+    const auto node = static_cast<std::uint32_t>(u / 3);
+    const std::uint32_t f = cell.fiber_of[node];
+    return std::string(1, "xyz"[u % 3]) + " of node " + std::to_string(node - cell.first[f]) + " of fiber " +
+           std::to_string(cell.place[f]) + " of yarn " + std::to_string(cell.yarn[f]);
+  }
+  const auto f = std::find(unknowns.drawn.begin(), unknowns.drawn.end(), u);
+  if (f == unknowns.drawn.end()) return u == unknowns.platens ? "the lower platen" : "the upper platen";
+  const auto number = static_cast<std::size_t>(f - unknowns.drawn.begin());
+  return "rest length of fiber " + std::to_string(cell.place[number]) + " of yarn " + std::to_string(cell.yarn[number]);
+}
+
+class Minimization {
+ public:
+  Minimization(const Cell& cell, const Eigen::VectorXd& q, const MinimizeOptions& options)
+      : cell_(cell), options_(options), unknowns_(cell), scale_(cell), pins_(pinned_unknowns(cell)) {
+    if (q.size() != unknowns_.size || !q.allFinite())
+      throw std::invalid_argument("minimize: the start has the wrong size or is not finite");
+    result_.q = q;
+    result_.reference_tension = reference_tension(cell, q);
+  }
+
+  MinimizeResult run() {
+    calm_down(cell_, pins_, options_, result_);
+    find_contacts_anew();
+    evaluate(false);
+    note(0, 0, false);
+    for (int i = 0; i < options_.iterations_max && !step(); ++i) {
+    }
+    certify_state();
+    return std::move(result_);
+  }
+
+  /// Gradient, Hessian and Newton step of the present state, which is kept.
+  void certify_state() {
+    if (!hessian_) find_contacts_anew();
+    evaluate(false);
+    Certificate& c = result_.certificate;
+    c = {};
+    c.gradient_max = gradient_max(gradient_);
+    for (const Eigen::Index pin : pins_)
+      c.pin_force_max = std::max(c.pin_force_max, std::abs(force_of_pins_[pin]) / result_.reference_tension);
+    c.positive_definite = factorize(0);
+    Eigen::Index at = 0;
+    if (c.positive_definite) {
+      const Eigen::VectorXd newton = solve();
+      c.newton_step_max = newton.cwiseAbs().maxCoeff(&at) / scale_.diameter_min;
+      c.contacts_steady = touches_at(result_.q) == touches_at(result_.q + newton);
+    }
+    if (!std::isfinite(result_.energy.sum()) || !gradient_.allFinite()) {
+      c.blocked_by = "the state is not finite";
+    } else if (!(c.gradient_max <= options_.gradient_tolerance)) {
+      gradient_.cwiseAbs().maxCoeff(&at);
+      c.blocked_by = "gradient at " + name_of(cell_, unknowns_, at);
+    } else if (!c.positive_definite) {
+      c.blocked_by = "no minimum: the Hessian is not positive definite at " + name_of(cell_, unknowns_, cholesky_->failed_at());
+    } else if (!(c.newton_step_max <= options_.step_tolerance)) {
+      c.blocked_by = "Newton step at " + name_of(cell_, unknowns_, at);
+    } else if (!c.contacts_steady) {
+      c.blocked_by = "contacts open or close in the last step";
+    }
+    c.converged = c.blocked_by.empty();
+  }
+  [[nodiscard]] const Certificate& certificate() const { return result_.certificate; }
+
+ private:
+  void find_contacts_anew() {
+    {
+      const Timed timed(result_.wall.search);
+      list_ = find_contacts(cell_, result_.q, options_.skin * scale_.diameter_max, options_.sampling);
+    }
+    renew_pattern();
+  }
+
+  void renew_pattern() {
+    const Timed timed(result_.wall.analysis);
+    hessian_.emplace(hessian_for(cell_, list_, result_.q));
+    cholesky_ = std::make_unique<Cholesky>(*hessian_);
+    result_.factor_nonzeros = cholesky_->nonzeros();
+    ++result_.analyses;
+  }
+
+  [[nodiscard]] double gradient_max(const Eigen::VectorXd& gradient) const {
+    return gradient.cwiseAbs().maxCoeff() / result_.reference_tension;
+  }
+
+  void release_pins_from(Eigen::VectorXd& gradient) const {
+    for (const Eigen::Index pin : pins_) gradient[pin] = 0;
+  }
+
+  /// Energy, gradient and Hessian at the present state.
+  void evaluate(bool convex) {
+    for (int attempt = 0;; ++attempt) {
+      {
+        const Timed timed(result_.wall.assembly);
+        result_.contacts = {};
+        result_.energy = potential(cell_, unknowns_, list_, result_.q, {&gradient_, &*hessian_, convex}, &result_.contacts);
+      }
+      if (hessian_->complete()) break;
+      if (attempt > 0) throw std::logic_error("minimize: contacts outside the pattern that was made for them");
+      renew_pattern();
+    }
+    convex_ = convex;
+    force_of_pins_ = gradient_;
+    release_pins_from(gradient_);
+    hessian_->pin(pins_, result_.reference_tension / scale_.diameter_min);
+  }
+
+  bool factorize(double shift) {
+    const Timed timed(result_.wall.factorization);
+    ++result_.factorizations;
+    return cholesky_->factorize(*hessian_, shift);
+  }
+
+  Eigen::VectorXd solve() {
+    const Timed timed(result_.wall.solution);
+    return cholesky_->solve(-gradient_);
+  }
+
+  std::vector<std::uint8_t> touches_at(const Eigen::VectorXd& q) const {
+    ContactState state;
+    state.want_touches = true;
+    contact_energy(cell_, list_, q, {}, &state);
+    return state.touches;
+  }
+
+  void note(double step_max, double shift, bool convex) {
+    MinimizeProgress p;
+    p.iteration = static_cast<int>(result_.history.size());
+    p.energy = result_.energy.sum();
+    p.gradient_max = gradient_max(gradient_);
+    p.step_max = step_max;
+    p.shift = shift;
+    p.convex = convex;
+    p.touching = result_.contacts.touching;
+    p.wall = seconds_since(start_);
+    result_.history.push_back(p);
+    if (options_.on_progress) options_.on_progress(p);
+  }
+
+  [[nodiscard]] double way_max(const Eigen::VectorXd& step) const {
+    double way2 = 0;
+    for (Eigen::Index i = 0; i < unknowns_.nodes; ++i) way2 = std::max(way2, step.segment<3>(3 * i).squaredNorm());
+    if (unknowns_.platens >= 0) way2 = std::max(way2, step.segment<2>(unknowns_.platens).cwiseAbs2().maxCoeff());
+    return std::sqrt(way2);
+  }
+
+  /// Factorizes so that the step goes downhill: the true Hessian, else without its indefinite terms, else shifted.
+  void factorize_for_descent() {
+    if (true_in_ > 0) {
+      --true_in_;
+      evaluate(true);
+    } else if (shift_ == 0 && factorize(0)) {
+      true_wait_ = 0;
+      return;
+    } else {
+      true_in_ = true_wait_ = std::min(2 * true_wait_ + 1, 7);
+      evaluate(true);
+    }
+    while (!factorize(shift_)) shift_ = std::max(10 * shift_, shift_first * result_.reference_tension / scale_.diameter_min);
+  }
+
+  /// One Newton step. True if there is nothing more to do.
+  bool step() {
+    const double gradient_before = gradient_max(gradient_);
+    if (gradient_before <= options_.gradient_tolerance) {
+      shift_ = 0;
+      true_in_ = 0;
+      if (!factorize(0)) return !options_.leave_saddles || !leave_saddle();
+      const Eigen::VectorXd newton = solve();
+      if (newton.cwiseAbs().maxCoeff() <= options_.step_tolerance * scale_.diameter_min) return true;
+    }
+    factorize_for_descent();
+    Eigen::VectorXd direction = solve();
+    return !descend(direction);
+  }
+
+  /// Goes along a direction as far as it lowers the energy, or the gradient where energies are lost in round-off. False: nowhere.
+  bool descend(Eigen::VectorXd& direction) {
+    const double limit = 0.5 * list_.skin, way = way_max(direction);
+    if (way > limit) direction *= limit / way;
+    const Eigen::VectorXd before = result_.q;
+    if (list_.late(cell_, before + direction)) find_contacts_anew();
+    const double slope = gradient_.dot(direction), energy_before = result_.energy.sum();
+    const double gradient_before = gradient_max(gradient_);
+    const double size = result_.energy.bars + result_.energy.contact + std::abs(result_.energy.tension) + std::abs(result_.energy.platens);
+    double share = 1;
+    Eigen::VectorXd gradient;
+    for (int i = 0; i < halvings; ++i, share *= 0.5) {
+      const Eigen::VectorXd trial = before + share * direction;
+      double energy = 0;
+      {
+        const Timed timed(result_.wall.assembly);
+        energy = potential(cell_, unknowns_, list_, trial, {&gradient, nullptr, false}).sum();
+      }
+      release_pins_from(gradient);
+      const bool falls = energy <= energy_before + armijo * share * slope;
+      const bool lost = std::abs(share * slope) < round_off * size;
+      if (!(falls || (lost && gradient_max(gradient) < gradient_before))) continue;
+      result_.q = trial;
+      const double shift = shift_;
+      const bool convex = convex_;
+      if (share == 1 && way <= limit) {
+        shift_ = shift_ > 1e-3 * shift_first * result_.reference_tension / scale_.diameter_min ? 0.1 * shift_ : 0;
+      } else if (share < 0.25) {
+        shift_ = std::max(4 * shift_, shift_first * result_.reference_tension / scale_.diameter_min);
+      }
+      evaluate(false);
+      note(share * way_max(direction), shift, convex);
+      return true;
+    }
+    if (convex_ && shift_ > 1e6 * shift_first * result_.reference_tension / scale_.diameter_min) return false;
+    if (!convex_) {  // the step of the true Hessian leads nowhere
+      true_in_ = true_wait_ = std::min(2 * true_wait_ + 1, 7);
+      if (++stalled_ > 3) return false;
+    }
+    shift_ = std::max(10 * shift_, shift_first * result_.reference_tension / scale_.diameter_min);
+    evaluate(false);
+    return true;
+  }
+
+  /// From a saddle along the eigenvector of the most negative curvature, by inverse iteration on the Hessian shifted to be positive
+  /// definite.
+  bool leave_saddle() {
+    double shift = 1e-3 * shift_first * result_.reference_tension / scale_.diameter_min;
+    while (!factorize(shift)) shift *= 4;
+    std::mt19937_64 random(1);
+    std::normal_distribution<double> normal;
+    Eigen::VectorXd v(unknowns_.size);
+    for (double& component : v) component = normal(random);
+    for (const Eigen::Index pin : pins_) v[pin] = 0;
+    for (int i = 0; i < inverse_iterations; ++i) v = cholesky_->solve(v).normalized();
+    if (v.dot(hessian_->times(v)) >= 0) return false;
+    if (gradient_.dot(v) > 0) v = -v;
+    v *= 0.05 * scale_.diameter_min / way_max(v);
+    return descend(v);
+  }
+
+  const Cell& cell_;
+  const MinimizeOptions& options_;
+  Unknowns unknowns_;
+  Scale scale_;
+  std::vector<Eigen::Index> pins_;
+  ContactList list_;
+  std::optional<SparseHessian> hessian_;
+  std::unique_ptr<Cholesky> cholesky_;
+  Eigen::VectorXd gradient_, force_of_pins_;
+  bool convex_ = false;
+  double shift_ = 0;
+  int true_in_ = 0, true_wait_ = 0, stalled_ = 0;
+  MinimizeResult result_;
+  Clock::time_point start_ = Clock::now();
+};
+
+}  // namespace
+
+double reference_tension(const Cell& cell, const Eigen::VectorXd& q) {
+  const double prescribed = cell.tension.empty() ? 0 : *std::max_element(cell.tension.begin(), cell.tension.end());
+  if (prescribed > 0) return prescribed;
+  double sum = 0, axial = 0;
+  int pulled = 0;
+  for (const double t : bar_tensions(cell, Unknowns(cell), q)) {
+    if (t <= 0) continue;
+    sum += t;
+    ++pulled;
+  }
+  for (const FiberType& type : cell.types) axial = std::max(axial, type.youngs_modulus * type.area);
+  return std::max(pulled > 0 ? sum / pulled : 0, 1e-6 * axial);
+}
+
+std::vector<Eigen::Index> pinned_unknowns(const Cell& cell) {
+  std::vector<Eigen::Index> pins;
+  std::optional<Eigen::Index> warp, weft;
+  for (std::size_t f = 0; f < cell.fibers(); ++f) {
+    const Eigen::Index first = 3 * Eigen::Index{cell.first[f]};
+    pins.push_back(first + (cell.weft[f] ? 1 : 0));
+    (cell.weft[f] ? weft : warp) = (cell.weft[f] ? weft : warp).value_or(first);
+  }
+  if (weft) pins.push_back(*weft);
+  if (warp) pins.push_back(*warp + 1);
+  if (warp || weft) pins.push_back(warp.value_or(*weft) + 2);
+  return pins;
+}
+
+MinimizeResult minimize(const Cell& cell, const Eigen::VectorXd& q, const MinimizeOptions& options) {
+  return Minimization(cell, q, options).run();
+}
+
+Certificate certify(const Cell& cell, const Eigen::VectorXd& q, const MinimizeOptions& options) {
+  Minimization state(cell, q, options);
+  state.certify_state();
+  return state.certificate();
+}
+
+}  // namespace relax

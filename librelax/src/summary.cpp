@@ -1,0 +1,76 @@
+#include <sys/resource.h>
+
+#include <nlohmann/json.hpp>
+
+#include "relax/report.hpp"
+#include "relax/version.hpp"
+
+namespace relax {
+
+std::string summary_json(const Cell& cell, const MinimizeResult& r, const weave::CellMeasures& m, const ReportContext& context) {
+  using nlohmann::ordered_json;
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const Unknowns unknowns(cell);
+  std::size_t fibers_of_first = 0;
+  for (const int yarn : cell.yarn) fibers_of_first += yarn == cell.yarn.front();
+  const Certificate& c = r.certificate;
+  const StageWall& w = r.wall;
+  ordered_json j;
+  j["tool"] = "relax";
+  j["case"] = context.case_name;
+  j["start"] = context.start;
+  if (context.start == "woven") {
+    j["face_mismatch_mean"] = context.mismatch.mean;
+    j["face_mismatch_largest"] = context.mismatch.largest;
+    j["fibers_that_change_place"] = context.mismatch.moved;
+  }
+  j["version"] = version();
+  j["fibers_per_yarn"] = fibers_of_first;
+  j["fibers"] = cell.fibers();
+  j["nodes"] = cell.nodes();
+  j["unknowns"] = unknowns.size;
+  j["factor_nonzeros"] = r.factor_nonzeros;
+  j["friction"] = "none";
+  j["converged"] = c.converged;
+  j["blocked_by"] = c.blocked_by;
+  j["gradient_max"] = c.gradient_max;
+  j["reference_tension_N"] = r.reference_tension;
+  j["positive_definite"] = c.positive_definite;
+  j["newton_step_max"] = c.newton_step_max;
+  j["contacts_steady"] = c.contacts_steady;
+  j["pin_force_max"] = c.pin_force_max;
+  j["energy_J"] = {{"bars", r.energy.bars},       {"bending", r.energy.bending}, {"contact", r.energy.contact},
+                   {"tension", r.energy.tension}, {"platens", r.energy.platens}, {"sum", r.energy.sum()}};
+  j["thickness_m"] = m.thickness;
+  j["thickness_mean_m"] = m.thickness_mean;
+  j["fiber_volume_fraction"] = m.fiber_volume_fraction;
+  j["fiber_volume_fraction_mean"] = m.fiber_volume_fraction_mean;
+  j["crimp_warp"] = m.crimp_warp;
+  j["crimp_weft"] = m.crimp_weft;
+  j["stress_max_Pa"] = m.stress_max;
+  j["stress_mean_warp_Pa"] = m.stress_mean_warp;
+  j["stress_mean_weft_Pa"] = m.stress_mean_weft;
+  j["cell_length_m"] = cell.length_x;
+  j["cell_width_m"] = cell.length_y;
+  j["pressure_Pa"] = cell.pressure;
+  j["overlap_max"] = r.contacts.overlap_max;
+  j["contact_points_touching"] = r.contacts.touching;
+  j["order_violations"] = context.violations;
+  j["iterations"] = r.history.empty() ? 0 : r.history.size() - 1;
+  j["analyses"] = r.analyses;
+  j["factorizations"] = r.factorizations;
+  j["wall_s"] = context.wall;
+  j["stage_wall_s"] = {{"search", w.search},     {"assembly", w.assembly},           {"first_order_metric", w.first_order_metric},
+                       {"analysis", w.analysis}, {"factorization", w.factorization}, {"solution", w.solution}};
+  j["peak_memory_bytes"] = 1024.0 * static_cast<double>(usage.ru_maxrss);
+  ordered_json history = ordered_json::array();
+  for (const MinimizeProgress& p : r.history)
+    history.push_back({p.energy, p.gradient_max, p.step_max, p.shift, p.convex, p.first_order, p.touching, p.wall});
+  j["history_columns"] = {"energy_J", "gradient_max", "step_max_m", "shift_N_per_m", "convex", "first_order", "touching", "wall_s"};
+  j["history"] = history;
+  j["case_toml"] = context.case_toml;
+  return j.dump(2) + "\n";
+}
+
+}  // namespace relax

@@ -1,0 +1,113 @@
+#include "relax/woven_start.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "weave/assignment.hpp"
+#include "weave/loom.hpp"
+
+namespace relax {
+namespace {
+
+struct Range {
+  std::size_t begin, end;  ///< nodes in the snapshot
+  [[nodiscard]] std::size_t last() const { return end - 1; }
+};
+
+Range nodes_of(const weave::Snapshot& s, std::size_t f) {
+  return {static_cast<std::size_t>(s.offset[f]), static_cast<std::size_t>(s.offset[f + 1])};
+}
+
+/// Fibers in which the fibers of one yarn go on, and the distances that are left.
+void pair_across_faces(const weave::Snapshot& s, std::size_t begin, std::size_t end, const Vec3& period, std::vector<std::uint32_t>& next) {
+  const auto n = static_cast<Eigen::Index>(end - begin);
+  Eigen::MatrixXd cost(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const Vec3 gap = s.x[nodes_of(s, begin + static_cast<std::size_t>(i)).last()] -
+                       s.x[nodes_of(s, begin + static_cast<std::size_t>(j)).begin] - period;
+      cost(i, j) = gap.squaredNorm();
+    }
+  }
+  const std::vector<Eigen::Index> partner = weave::cheapest_assignment(cost);
+  for (std::size_t i = 0; i < partner.size(); ++i)
+    next[begin + i] = static_cast<std::uint32_t>(begin + static_cast<std::size_t>(partner[i]));
+}
+
+/// Points evenly spread over a fiber's rest length, the last one left out, each moved by its share of -mismatch.
+CellFiber resample(const weave::Snapshot& s, const Range& range, const Vec3& mismatch, double spacing) {
+  const double length = s.arc[range.last()] - s.arc[range.begin];
+  const int count = std::max(3, static_cast<int>(std::lround(length / spacing)));
+  CellFiber fiber;
+  std::size_t p = range.begin;
+  for (int k = 0; k < count; ++k) {
+    const double share = static_cast<double>(k) / count, arc = s.arc[range.begin] + share * length;
+    while (p + 2 < range.end && s.arc[p + 1] < arc) ++p;
+    const double u = (arc - s.arc[p]) / (s.arc[p + 1] - s.arc[p]);
+    fiber.x.push_back(s.x[p] + u * (s.x[p + 1] - s.x[p]) - share * mismatch);
+  }
+  fiber.rest_length.assign(static_cast<std::size_t>(count), length / count);
+  return fiber;
+}
+
+}  // namespace
+
+WovenStart cell_from_woven(const weave::Case& c, const weave::Snapshot& woven, const WovenOptions& options) {
+  const weave::LoomLayout layout = weave::lay_out(c);
+  const auto warps = static_cast<int>(layout.warps.size());
+  if (!(woven.cell_length > 0)) throw std::invalid_argument("a start from a woven state needs a unit cell, not a whole loom");
+  WovenStart start;
+  Cell& cell = start.cell;
+  cell.length_x = woven.x_max - woven.x_min;
+  cell.length_y = woven.cell_width;
+  for (const std::string& name : layout.type_names) {
+    const weave::YarnType& y = c.yarns.at(name);
+    cell.types.push_back({y.fiber_radius(), y.fiber_area(), y.youngs_modulus, y.compression_factor, y.transverse_modulus, y.density,
+                          y.bending_stiffness / y.fibers});
+  }
+  finish_types(cell);
+  const Vec3 along_x(cell.length_x, 0, 0), along_y(0, cell.length_y, 0), origin(woven.x_min, 0, 0);
+  std::vector<std::uint32_t> next(woven.fibers());
+  for (std::size_t begin = 0; begin < woven.fibers();) {
+    std::size_t end = begin + 1;
+    while (end < woven.fibers() && woven.yarn[end] == woven.yarn[begin]) ++end;
+    if (woven.yarn[begin] < 0 || woven.yarn[begin] >= warps + c.picks_per_cell() ||
+        (woven.weft[begin] != 0) != (woven.yarn[begin] >= warps)) {
+      throw std::invalid_argument("a start from a woven state needs a unit cell of its own case");
+    }
+    for (std::size_t f = begin; f < end; ++f) next[f] = static_cast<std::uint32_t>(f);
+    if (!woven.weft[begin]) pair_across_faces(woven, begin, end, along_x, next);
+    begin = end;
+  }
+  int count = 0;
+  for (std::size_t f = 0; f < woven.fibers(); ++f) {
+    const bool weft = woven.weft[f] != 0;
+    const int yarn = woven.yarn[f];
+    const int type =
+        weft ? layout.weft_type[static_cast<std::size_t>((yarn - warps) % c.layers)] : layout.warps[static_cast<std::size_t>(yarn)].type;
+    const Range range = nodes_of(woven, f);
+    const Vec3 mismatch = woven.x[range.last()] - woven.x[nodes_of(woven, next[f]).begin] - (weft ? along_y : along_x);
+    const double diameter = 2 * cell.types[static_cast<std::size_t>(type)].radius;
+    CellFiber fiber = resample(woven, range, mismatch, options.element_length * diameter);
+    for (Vec3& x : fiber.x) x -= origin;
+    fiber.weft = weft;
+    fiber.type = static_cast<std::uint16_t>(type);
+    fiber.yarn = yarn;
+    fiber.place = woven.fiber[f];
+    const auto in_yarn = static_cast<double>(std::count(woven.yarn.begin(), woven.yarn.end(), yarn));
+    fiber.tension = (weft ? options.weft_tension : options.warp_tension) / in_yarn;
+    add_fiber(cell, fiber, start.x);
+    if (weft) continue;
+    const double gap = mismatch.norm() / diameter;
+    start.mismatch.largest = std::max(start.mismatch.largest, gap);
+    start.mismatch.mean += gap;
+    start.mismatch.moved += next[f] != f;
+    ++count;
+  }
+  if (count > 0) start.mismatch.mean /= count;
+  close_fibers(cell, next);
+  return start;
+}
+
+}  // namespace relax

@@ -1,0 +1,88 @@
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "relax/minimize.hpp"
+#include "scenes/cells.hpp"
+
+namespace {
+
+using namespace scenes;
+using weave::Vec3;
+
+constexpr double d = 1e-4;  ///< fiber diameter [m]
+
+TEST(relax_minimum, crossing_fibers_balance_their_tensions) {
+  // Plain weave of single fibers: certified, and the force between the yarns is that of the tensions.
+  const PosedCell p = plain_weave_cell({.fibers = 1, .pitch = 4e-4}, 0.2, 1);
+  const relax::MinimizeResult r = relax::minimize(p.cell, p.unknowns());
+  EXPECT_TRUE(r.certificate.converged) << r.certificate.blocked_by;
+  EXPECT_LT(r.certificate.pin_force_max, 0.02);  // what is left of the axis' discreteness along the fibers
+  EXPECT_LT(r.contacts.overlap_max, 0.2);
+  const std::vector<double> tension = relax::bar_tensions(p.cell, relax::Unknowns(p.cell), r.q);
+  for (const double t : tension) EXPECT_NEAR(t / 0.2, 1, 0.05);
+}
+
+TEST(relax_minimum, certificate_refuses_an_unfinished_state) {
+  const PosedCell p = plain_weave_cell({.fibers = 1, .pitch = 4e-4}, 0.2, 1);
+  const relax::Certificate c = relax::certify(p.cell, p.unknowns());
+  EXPECT_FALSE(c.converged);
+  EXPECT_THAT(c.blocked_by, testing::HasSubstr("gradient"));
+}
+
+TEST(relax_minimum, certificate_refuses_a_saddle) {
+  // A warp that stands exactly on another one between platens: all forces balance, but it would roll off to either side.
+  relax::Cell cell = empty_cell(8 * d, 8 * d);
+  cell.pressure = 1e4;
+  std::vector<Vec3> x;
+  relax::add_fiber(cell, straight_fiber(cell, false, {0, 4 * d, 0}, 4, 0, 0.1), x);
+  relax::add_fiber(cell, straight_fiber(cell, false, {0, 4 * d, 0.97 * d}, 4, 1, 0.1), x);
+  relax::MinimizeOptions options;
+  options.first_order_max = 0;  // round-off would carry it off the saddle
+  options.leave_saddles = false;
+  const relax::MinimizeResult saddle = relax::minimize(cell, relax::unknowns_at(cell, x), options);
+  EXPECT_LT(saddle.certificate.gradient_max, 1e-8);
+  EXPECT_FALSE(saddle.certificate.positive_definite);
+  EXPECT_FALSE(saddle.certificate.converged);
+  EXPECT_THAT(saddle.certificate.blocked_by, testing::HasSubstr("positive definite"));
+  const relax::MinimizeResult below = relax::minimize(cell, saddle.q);
+  EXPECT_LT(below.energy.sum(), saddle.energy.sum() - 1e4 * 64 * d * d * 0.5 * d);  // it came down by about a radius at least
+}
+
+TEST(relax_minimum, newton_is_of_higher_than_first_order_near_the_end) {
+  const PosedCell p = plain_weave_cell({.fibers = 1, .pitch = 4e-4}, 0.2, 1);
+  relax::MinimizeOptions newton;
+  newton.first_order_max = 0;
+  const relax::MinimizeResult r = relax::minimize(p.cell, p.unknowns(), newton);
+  ASSERT_TRUE(r.certificate.converged) << r.certificate.blocked_by;
+  // The law is like delta^1.5 at touch: order 1.5 is expected while contact points open and close, 2 at the very end.
+  double order = 0;
+  for (std::size_t k = 2; k < r.history.size(); ++k) {
+    const double a = r.history[k - 2].gradient_max, b = r.history[k - 1].gradient_max, c = r.history[k].gradient_max;
+    if (a < 1e-2 && c > 1e-11 && b < a && c < b) order = std::max(order, std::log(c / b) / std::log(b / a));
+  }
+  EXPECT_GT(order, 1.4);
+}
+
+TEST(relax_minimum, same_energy_for_a_doubled_cell) {
+  const auto energy = [](int repeat) {
+    const PosedCell p = plain_weave_cell({.fibers = 1, .pitch = 4e-4, .repeat_x = repeat}, 0.2, 1);
+    const relax::MinimizeResult r = relax::minimize(p.cell, p.unknowns());
+    EXPECT_TRUE(r.certificate.converged) << r.certificate.blocked_by;
+    return r.energy.sum();
+  };
+  EXPECT_NEAR(energy(2) / energy(1), 2, 1e-9);
+}
+
+TEST(relax_minimum, same_with_and_without_the_first_order_phase) {
+  const PosedCell p = plain_weave_cell({.fibers = 1, .pitch = 4e-4}, 0.2, 1);
+  relax::MinimizeOptions newton;
+  newton.first_order_max = 0;
+  const relax::MinimizeResult a = relax::minimize(p.cell, p.unknowns()), b = relax::minimize(p.cell, p.unknowns(), newton);
+  EXPECT_TRUE(a.certificate.converged) << a.certificate.blocked_by;
+  EXPECT_TRUE(b.certificate.converged) << b.certificate.blocked_by;
+  EXPECT_NEAR(a.energy.sum() / b.energy.sum(), 1, 1e-9);
+}
+
+}  // namespace

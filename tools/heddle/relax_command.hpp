@@ -1,0 +1,26 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace heddle {
+
+struct RelaxOptions {
+  std::filesystem::path input;         ///< folder or file of a woven cell; or a case, for a start from topology
+  std::filesystem::path output;        ///< default ./results/NAME_relaxed
+  std::vector<std::string> overrides;  ///< key.path=value
+  int fibers = 0;                      ///< per yarn, from topology; 0: as the case has it
+  double warp_tension = 0;             ///< per yarn [N]; 0: the woven rest lengths, from topology the loom's
+  double weft_tension = 0;             ///< per yarn [N]; 0: the woven rest lengths, from topology as the warp
+  double pressure = 0;                 ///< of the platens [Pa]
+  double element_length = 0;           ///< [fiber diameters]; 0: as the case has it
+  int iterations = 300;                ///< of Newton's method, at most
+  int first_order = 400;               ///< steps before it, at most
+  bool quiet = false;
+};
+
+/// Relaxes a unit cell, shows progress on standard error, writes relax.vtkhdf and summary.json. Returns the exit status: 0 a certified
+/// minimum, 1 not converged.
+int relax_command(const RelaxOptions& options);
+
+}  // namespace heddle
