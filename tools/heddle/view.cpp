@@ -687,7 +687,8 @@ void check(const ViewOptions& options) {
 std::vector<std::filesystem::path> view(const ViewOptions& options) {
   check(options);
   const bool is_folder = std::filesystem::is_directory(options.results);
-  const std::filesystem::path main_file = is_folder ? options.results / "weave.vtkhdf" : options.results;
+  const std::filesystem::path relaxed = options.results / "relax.vtkhdf", woven = options.results / "weave.vtkhdf";
+  const std::filesystem::path main_file = !is_folder ? options.results : std::filesystem::exists(relaxed) ? relaxed : woven;
   const std::filesystem::path cell_file = options.results / "cell.vtkhdf";
   const bool has_cell = is_folder && std::filesystem::exists(cell_file);
   const weave::ResultsFile main = weave::read_results(main_file);
