@@ -6,7 +6,8 @@
 namespace heddle {
 
 struct ViewOptions {
-  /// A results file, or a results folder with weave.vtkhdf (loom or final cloth, and history) and perhaps cell.vtkhdf (last unit cell).
+  /// A results file, or a results folder with weave.vtkhdf (loom or final cloth, and history) and perhaps cell.vtkhdf (last unit cell), or with
+  /// relax.vtkhdf (relaxed cell).
   std::filesystem::path results;
   std::filesystem::path output;         ///< folder of the pictures, made if it is missing
   std::string format = "png";           ///< "png", "svg" or "pdf"
