@@ -12,10 +12,8 @@ constexpr int walk_limit = 50;
 /// Two bars are equally close at the vertex they share: the one at hand is kept against round-off, as their angles, and shares, differ.
 constexpr double nearer = 1 - 1e-9;
 
-/// Fibers may touch after the step that is already chosen if they are nearer than this times the distance of a touch: so that the one after it is
-/// short enough for that, they are taken to be as stiff as if they overlapped by `touch_overlap`.
-constexpr double near_touch = 1.05;
-constexpr double touch_overlap = 0.02;
+/// Contacts whose data are asked for ahead of their turn, since they lie apart in memory.
+constexpr std::uint32_t fetch_ahead = 12;
 /// Of the line law on the length of fiber, half a diameter at most, that a point between two yarns stands for.
 constexpr int samples = 4;
 
@@ -143,6 +141,12 @@ void note_overlap(double ratio, std::uint32_t node, std::uint32_t segment, Conta
   sums.segment_max = segment;
 }
 
+using Samples = Eigen::Array<double, samples, 1>;
+
+/// Places of the samples about their point, in shares of the length that the point stands for.
+Samples sample_offsets() { return Samples::LinSpaced(0.5 / samples - 0.5, 0.5 - 0.5 / samples); }
+constexpr double last_offset = 0.5 - 0.5 / samples;
+
 struct Target {
   const Model& model;
   const FiberGeometry& g;
@@ -151,6 +155,7 @@ struct Target {
   bool with_energy;
   std::span<Vec3> force;
   std::span<DirectionalStiffness> stiffness;
+  Samples offsets = sample_offsets();
 };
 
 /// Whether the closest points of all that lies within sqrt(distance2) of a bar, beside its stretch low...high [m], are on that bar: a point at
@@ -186,7 +191,7 @@ struct NormalSum {
   Vec3 on_first = Vec3::Zero(), on_second = Vec3::Zero();  ///< on the nodes of the point's bar [N]
   double stiffness = 0;                                    ///< sum of slopes [N/m]
   double bound = 0;                                        ///< on the stiffness along the normal that a node can feel [N/m]
-  bool near = false;                                       ///< a sample is near a touch
+  double gap = 0;                                          ///< where nothing touches: the smallest of a sample [m]
 };
 
 /// Pushes one sample of a contact, a share `weight` [m] of fiber at `eta` on the point's bar, off its closest point q on the bar `segment`.
@@ -209,9 +214,6 @@ inline void push(const Target& at, const PairLaw& law, const PolylinePoint& q, d
   if (at.with_energy) sums.energy += weight * law.line_energy(overlap);
 }
 
-/// Place of sample k about its point, in shares of the length that the point stands for.
-constexpr double sample_offset(int k) { return (k + 0.5) / samples - 0.5; }
-
 /// All samples of a contact at once where their closest points lie on one bar: on straight bars the separation is r0 + t u, with t along the
 /// point's bar and u the part of that bar normal to the touched one. False, with nothing done, where another bar may be nearer.
 inline bool push_samples_on_bar(const Target& at, const LineContact& c, const PairLaw& law, const PolylinePoint& q, double weight,
@@ -222,32 +224,27 @@ inline bool push_samples_on_bar(const Target& at, const LineContact& c, const Pa
   const double shift = along.dot(g.bar_tangent[s]), cell = 1.0 / at.model.points[at.fiber];
   const Vec3 u = along - shift * g.bar_tangent[s];
   const double r0u = q.separation.dot(u), u2 = u.squaredNorm();
-  const double last = sample_offset(samples - 1) * cell, spread = last * std::abs(shift), middle = q.fraction * g.bar_length[s];
+  const double last = last_offset * cell, spread = last * std::abs(shift), middle = q.fraction * g.bar_length[s];
   const double farthest2 = q.distance2 + 2 * last * std::abs(r0u) + last * last * u2;
   if (!nearest_on_this_bar(g, s, middle - spread, middle + spread, farthest2)) return false;
-  sum.near = q.distance2 - 2 * last * std::abs(r0u) < near_touch * near_touch * law.reach * law.reach;
-  if (!sum.near) return true;
 
   const double w = weight / samples * law.line;
-  double force_0 = 0, force_1 = 0, force_2 = 0;  // sums of w f / r times powers of t
-  double stiffness = 0, bound = 0, deepest = 0;
-  for (int k = 0; k < samples; ++k) {
-    const double t = sample_offset(k) * cell;
-    const double r2 = q.distance2 + 2 * t * r0u + t * t * u2;
-    const double r = std::sqrt(r2), overlap = std::max(law.reach - r, 0.0);
-    const double slope = w * std::sqrt(overlap) / r, per_r = slope * overlap / r;
-    force_0 += per_r;
-    force_1 += per_r * t;
-    force_2 += per_r * t * t;
-    stiffness += 1.5 * slope;
-    bound += 1.5 * slope * (1 + overlap * law.inverse_reach);
-    deepest = std::max(deepest, overlap);
-    if (at.with_energy) sums.energy += weight / samples * law.line_energy(overlap);
+  const Samples t = cell * at.offsets;
+  const Samples r = (q.distance2 + t * (2 * r0u + u2 * t)).sqrt(), overlap = (law.reach - r).max(0);
+  const double deepest = overlap.maxCoeff();
+  if (deepest <= 0) {
+    sum.gap = r.minCoeff() - law.reach;
+    return true;
   }
-  if (deepest <= 0) return true;
+  const Samples slope = w * overlap.sqrt() / r, per_r = slope * overlap / r;  // of the force and of its share of the separation
+  const double force_0 = per_r.sum(), force_1 = (per_r * t).sum(), force_2 = (per_r * t * t).sum();
+  const double stiffness = 1.5 * slope.sum(), bound = 1.5 * (slope * (1 + law.inverse_reach * overlap)).sum();
+  if (at.with_energy) {
+    for (const double o : overlap) sums.energy += weight / samples * law.line_energy(o);
+  }
   const Vec3 pull = force_0 * q.separation + force_1 * u, moment = force_1 * q.separation + force_2 * u;
   const double eta = c.fraction, xi = q.fraction, turn = shift * g.bar_inverse[s];
-  sum = {(1 - eta) * pull - moment, eta * pull + moment, stiffness, bound, true};
+  sum = {(1 - eta) * pull - moment, eta * pull + moment, stiffness, bound, 0};
   reaction = {turn * moment - (1 - xi) * pull, -turn * moment - xi * pull, stiffness_along(pull.normalized(), bound, 0, true), static_cast<float>(xi), s, true};
   note_overlap(deepest * law.inverse_reach, c.node, s, sums);
   return true;
@@ -262,17 +259,19 @@ inline NormalSum push_samples(const Target& at, const LineContact& c, const Pair
   if (push_samples_on_bar(at, c, law, q, weight, reaction[0], sum, sums)) return sum;
   const Vec3 along = g.x[c.node + 1] - g.x[c.node];
   const double cell = 1.0 / at.model.points[at.fiber];
+  double nearest2 = std::numeric_limits<double>::infinity();
   for (int k = 0; k < samples; ++k) {
-    const double eta = c.fraction + sample_offset(k) * cell;
+    const double eta = c.fraction + at.offsets[k] * cell;
     std::uint32_t segment = c.segment;
     std::int32_t image = c.image;
     const PolylinePoint at_sample = follow(at.model, g, g.x[c.node] + eta * along, segment, image);
-    sum.near = sum.near || at_sample.distance2 < near_touch * near_touch * law.reach * law.reach;
+    nearest2 = std::min(nearest2, at_sample.distance2);
     if (at_sample.distance2 >= law.reach * law.reach) continue;
     Reaction& on_bar = reaction[segment == c.segment ? 0 : 1];
     if (on_bar.active && on_bar.segment != segment) continue;
     push(at, law, at_sample, weight / samples, eta, c.node, segment, on_bar, sum, sums);
   }
+  sum.gap = std::sqrt(nearest2) - law.reach;
   return sum;
 }
 
@@ -298,23 +297,27 @@ void line_contact(const Target& at, LineContact& c, const LineContact* before, s
   const double weight = (on_reed ? 1 : 0.5) * (one_yarn ? m.tributary[p] : m.point_length[at.fiber]);
   if (before != nullptr && have_met(m, *before, c)) return release(c.spring, sums.slip_loss);
   if (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.segment, c.image)) return release(c.spring, sums.slip_loss);
-  const double near = near_touch * touch_reach(m, at.fiber, other);
-  NormalSum normal;
   const double distance = std::sqrt(q.distance2);
-  if (distance >= near && c.spring.stiffness <= 0) return let_sleep(m, g, at.fiber, distance, c);
+  const double gap = distance - touch_reach(m, at.fiber, other);
+  // What the fibers may come nearer by in the next step.
+  const double approach = g.reach_ahead[p] - g.travel[p] + g.reach_ahead[c.segment] - g.travel[c.segment];
+  const bool held = c.spring.stiffness > 0;
+  if (gap >= approach && !held) return let_sleep(g, gap, c);
   const Vec3 n = unit_normal(law, q, distance);
-  if (distance < near) {
-    if (one_yarn) {
-      normal.near = true;
-      if (q.distance2 < law.reach * law.reach) push(at, law, q, weight, 0, p, c.segment, reaction[0], normal, sums);
-    } else {
-      normal = push_samples(at, c, law, q, weight, reaction, sums);
-    }
+  NormalSum normal;
+  normal.gap = gap;
+  if (one_yarn) {
+    if (gap < 0) push(at, law, q, weight, 0, p, c.segment, reaction[0], normal, sums);
+  } else if (gap < approach) {
+    normal = push_samples(at, c, law, q, weight, reaction, sums);
   }
   const bool touches = normal.stiffness > 0;
-  if (!touches && c.spring.stiffness <= 0) {
-    if (!normal.near) return;
-    const double k = weight * law.line_stiffness(touch_overlap * law.reach);
+  if (!touches && !held) {
+    let_sleep(g, normal.gap, c);
+    const double overlap = approach - normal.gap;
+    if (overlap <= 0) return;
+    // The next step is already chosen, and they may overlap by so much after it: the one after that has to be short enough.
+    const double k = weight * law.line_stiffness(std::min(overlap, 0.5 * law.reach));
     at.stiffness[p].add(k, n);
     if (!one_yarn) at.stiffness[p + 1].add(k, n);
     return;
@@ -394,6 +397,14 @@ void node_contact(const Target& at, LineContact& c, Reaction& reaction, ContactS
   if (at.with_energy) sums.energy += weight * law.line_energy(overlap);
 }
 
+/// Asks for the cache lines of an object that is used soon.
+template <typename T>
+void fetch(const T& object) {
+  const auto* bytes = reinterpret_cast<const char*>(&object);
+  __builtin_prefetch(bytes);
+  __builtin_prefetch(bytes + sizeof(T) - 1);
+}
+
 void add_reaction(const Reaction& r, const Vec3& tangent, std::span<Vec3> force, std::span<DirectionalStiffness> stiffness) {
   force[r.segment] += r.on_first;
   force[r.segment + 1] += r.on_second;
@@ -403,9 +414,8 @@ void add_reaction(const Reaction& r, const Vec3& tangent, std::span<Vec3> force,
 
 }  // namespace
 
-void let_sleep(const Model& m, const FiberGeometry& g, std::uint32_t fiber, double distance, LineContact& c) {
-  if (m.node_contact || c.spring.stiffness > 0) return;
-  c.asleep_until = g.travel[c.node] + g.travel[c.segment] + distance - near_touch * touch_reach(m, fiber, m.fiber_of[c.segment]);
+void let_sleep(const FiberGeometry& g, double gap, LineContact& c) {
+  if (c.spring.stiffness <= 0) c.asleep_until = g.travel[c.node] + g.travel[c.segment] + gap;
 }
 
 bool meets_at_nodes(const Model& m, std::uint32_t fiber_a, std::uint32_t fiber_b) {
@@ -414,7 +424,7 @@ bool meets_at_nodes(const Model& m, std::uint32_t fiber_a, std::uint32_t fiber_b
 }
 
 double touch_reach(const Model& m, std::uint32_t fiber, std::uint32_t other) {
-  return m.pair_law(fiber, other).reach + (meets_at_nodes(m, fiber, other) ? 0 : sample_offset(samples - 1) * m.point_length[fiber]);
+  return m.pair_law(fiber, other).reach + (meets_at_nodes(m, fiber, other) ? 0 : last_offset * m.point_length[fiber]);
 }
 
 Vec3 contact_point(const FiberGeometry& g, const LineContact& c) {
@@ -448,25 +458,27 @@ PolylinePoint walk_to_point(const Model& m, const FiberGeometry& g, const Vec3& 
 ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry, std::uint32_t fiber, double dt, bool with_energy,
                               ContactList& contacts, std::span<Vec3> force, std::span<DirectionalStiffness> stiffness) {
   ContactSums sums;
-  const Target at{model, geometry, fiber, dt, with_energy, force, stiffness};
+  const Target at{model, geometry, fiber, dt, with_energy, force, stiffness, sample_offsets()};
   std::array<Reaction, 2> reaction;
   ActiveContacts& active = contacts.active;
   const LineContact* before = nullptr;
+  std::uint32_t slot = 2 * active.of[fiber];
   for (std::uint32_t i = active.of[fiber]; i < active.of[fiber + 1]; ++i) {
+    if (i + fetch_ahead < active.of[fiber + 1]) fetch(contacts.line[active.number[i + fetch_ahead]]);
     LineContact& contact = contacts.line[active.number[i]];
-    active.reacts[i] = 0;
-    if (geometry.travel[contact.node] + geometry.travel[contact.segment] < contact.asleep_until) continue;
+    active.reacts[i] = {slot, 0};
+    if (geometry.reach_ahead[contact.node] + geometry.reach_ahead[contact.segment] < contact.asleep_until) continue;
     if (model.node_contact && model.role[model.fiber_of[contact.segment]] != Role::reed) {
       node_contact(at, contact, reaction[0], sums);
     } else {
       line_contact(at, contact, before, reaction, sums);
       before = &contact;
     }
-    for (std::uint32_t k = 0; k < 2; ++k) {
-      if (!reaction[k].active) continue;
-      active.reacts[i] |= static_cast<std::uint8_t>(1U << k);
-      active.reaction[2 * i + k] = reaction[k];
-      reaction[k].active = false;
+    for (Reaction& r : reaction) {
+      if (!r.active) continue;
+      active.reaction[slot++] = r;
+      ++active.reacts[i].count;
+      r.active = false;
     }
   }
   return sums;
@@ -476,10 +488,13 @@ void gather_reactions(const FiberGeometry& geometry, const ContactList& contacts
                       std::span<DirectionalStiffness> stiffness) {
   const ActiveContacts& active = contacts.active;
   for (std::uint32_t i = active.target_of[fiber]; i < active.target_of[fiber + 1]; ++i) {
-    const std::uint32_t contact = active.target[i];
-    for (std::uint32_t k = 0; k < 2; ++k) {
-      if (!(active.reacts[contact] >> k & 1U)) continue;
-      const Reaction& reaction = active.reaction[2 * contact + k];
+    if (i + fetch_ahead < active.target_of[fiber + 1]) {
+      const auto [first, count] = active.reacts[active.target[i + fetch_ahead]];
+      if (count > 0) fetch(active.reaction[first]);
+    }
+    const auto [first, count] = active.reacts[active.target[i]];
+    for (std::uint32_t k = first; k < first + count; ++k) {
+      const Reaction& reaction = active.reaction[k];
       add_reaction(reaction, geometry.bar_tangent[reaction.segment], force, stiffness);
     }
   }

@@ -17,6 +17,7 @@ constexpr double first_step = 1e-12;  ///< [s]
 /// Nodes whose travel is counted together. A bar at hand that follows its closest point stays within a block or goes to the next.
 constexpr std::uint32_t block_nodes = 16;
 constexpr double step_growth = 1.05;
+constexpr double ways_ahead = 2;  ///< last steps' ways that the next one is trusted not to exceed, where contacts that may be touched are looked for
 constexpr int calm_steps_to_grow = 50;
 constexpr double node_cost = 2;  ///< of a node's bar and motion, in units of a contact at hand, most of which sleep
 
@@ -54,7 +55,7 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   node_tangent_.assign(n, Vec3::UnitX());
   force_.assign(n, Vec3::Zero());
   velocity_change_.assign(n, Vec3::Zero());
-  for (auto* a : {&bar_length_, &bar_inverse_, &bend2_, &bar_rate_, &bar_energy_, &block_speed2_, &tension_, &diagonal_, &upper_,
+  for (auto* a : {&bar_length_, &bar_inverse_, &bend2_, &bar_rate_, &bar_energy_, &block_speed2_, &block_way_, &reach_ahead_, &tension_, &diagonal_, &upper_,
                   &multiplier_, &corner_}) {
     a->assign(n, 0);
   }
@@ -66,6 +67,10 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   if (state_.dt <= 0) state_.dt = options_.time_step > 0 ? options_.time_step : first_step;
   const bool fresh = state_.x_pick.size() != n;
   if (state_.travel.size() != n) state_.travel.assign(n, 0);
+  for (std::uint32_t f = 0; f < model_.fibers(); ++f) {
+    find_ways(f, state_.dt_before);
+    look_ahead(f);
+  }
   if (fresh) {
     state_.moved.assign(n, std::numeric_limits<double>::infinity());
     state_.x_pick = state_.x;
@@ -79,7 +84,7 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
 std::pair<Model, State> Engine::release() && { return {std::move(model_), std::move(state_)}; }
 
 FiberGeometry Engine::geometry() const {
-  return {state_.x, state_.v, bar_tangent_, bar_length_, bar_inverse_, node_tangent_, bend2_, state_.travel};
+  return {state_.x, state_.v, bar_tangent_, bar_length_, bar_inverse_, node_tangent_, bend2_, state_.travel, reach_ahead_};
 }
 
 void Engine::refresh_geometry(std::uint32_t f) {
@@ -276,8 +281,8 @@ double Engine::hold_in_guides(std::uint32_t f, const Drive& drive) {
   return taken;
 }
 
-/// Adds the last step to the travel of a fiber's nodes, block by block, each by the fastest node of itself and the blocks beside it.
-void Engine::add_travel(std::uint32_t f) {
+/// Longest way of a fiber's nodes in a step of dt, block by block: that of the fastest node in the block itself and in those beside it.
+void Engine::find_ways(std::uint32_t f, double dt) {
   const std::uint32_t begin = model_.first[f], nodes = model_.first[f + 1] - begin;
   const std::uint32_t blocks = (nodes + block_nodes - 1) / block_nodes;
   for (std::uint32_t b = 0; b < blocks; ++b) {
@@ -291,8 +296,22 @@ void Engine::add_travel(std::uint32_t f) {
   for (std::uint32_t b = 0; b < blocks; ++b) {
     const std::uint32_t before = b > 0 ? b - 1 : (closed ? blocks - 1 : 0), after = b + 1 < blocks ? b + 1 : (closed ? 0 : b);
     const double speed2 = std::max({block_speed2_[begin + before], block_speed2_[begin + b], block_speed2_[begin + after]});
-    const double way = std::sqrt(speed2) * state_.dt;
-    for (std::uint32_t p = begin + b * block_nodes; p < begin + std::min((b + 1) * block_nodes, nodes); ++p) state_.travel[p] += way;
+    block_way_[begin + b] = std::sqrt(speed2) * dt;
+  }
+}
+
+/// Adds the last step to the travel of a fiber's nodes.
+void Engine::add_travel(std::uint32_t f) {
+  find_ways(f, state_.dt);
+  const std::uint32_t begin = model_.first[f];
+  for (std::uint32_t p = begin; p < model_.first[f + 1]; ++p) state_.travel[p] += block_way_[begin + (p - begin) / block_nodes];
+  look_ahead(f);
+}
+
+void Engine::look_ahead(std::uint32_t f) {
+  const std::uint32_t begin = model_.first[f];
+  for (std::uint32_t p = begin; p < model_.first[f + 1]; ++p) {
+    reach_ahead_[p] = state_.travel[p] + ways_ahead * block_way_[begin + (p - begin) / block_nodes];
   }
 }
 

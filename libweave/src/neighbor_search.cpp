@@ -124,7 +124,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
   const auto old_end = old.line.begin() + (old.line_of.empty() ? 0 : old.line_of[fiber + 1]);
   std::vector<std::uint8_t> taken(static_cast<std::size_t>(old_end - old_begin), 0);
   const auto add_line = [&](LineContact contact, double distance2) {
-    let_sleep(m, g, fiber, std::sqrt(distance2), contact);
+    if (!m.node_contact) let_sleep(g, std::sqrt(distance2) - touch_reach(m, fiber, m.fiber_of[contact.segment]), contact);
     auto o = std::lower_bound(old_begin, old_end, contact.node, [](const LineContact& c, std::uint32_t node) { return c.node < node; });
     auto same = old_end;
     int apart = old_place_limit + 1;
@@ -382,9 +382,9 @@ void pick_active(const Model& m, const FiberGeometry& g, double skin, ContactLis
         continue;
       }
       const PolylinePoint q = walk_to_point(m, g, contact_point(g, c), c.segment, c.image);
-      let_sleep(m, g, f, std::sqrt(q.distance2), c);
-      const double reach = touch_reach(m, f, m.fiber_of[c.segment]) + skin;
-      keep[i] = q.distance2 < reach * reach;
+      const double gap = std::sqrt(q.distance2) - touch_reach(m, f, m.fiber_of[c.segment]);
+      if (!m.node_contact) let_sleep(g, gap, c);
+      keep[i] = gap < skin;
       near[f] += keep[i];
     }
   }
@@ -400,7 +400,7 @@ void pick_active(const Model& m, const FiberGeometry& g, double skin, ContactLis
 
 void index_targets(const Model& m, ContactList& contacts) {
   ActiveContacts& active = contacts.active;
-  active.reacts.assign(active.number.size(), 0);
+  active.reacts.assign(active.number.size(), {0, 0});
   active.reaction.resize(2 * active.number.size());
   const auto touched = [&](std::uint32_t i) { return m.fiber_of[contacts.line[active.number[i]].segment]; };
   const auto count = static_cast<std::uint32_t>(active.number.size());

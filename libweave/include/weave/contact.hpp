@@ -65,8 +65,11 @@ struct ActiveContacts {
   std::vector<std::uint32_t> of;         ///< those of fiber f: of[f] ... of[f+1]-1
   std::vector<std::uint32_t> target;     ///< touched side: places in `number` by touched fiber, rising
   std::vector<std::uint32_t> target_of;  ///< as of
-  std::vector<std::uint8_t> reacts;      ///< for each of `number`: bit k set if its reaction k is not zero
-  std::vector<Reaction> reaction;        ///< two for each of `number`: on the bar at hand and on one beside it
+  struct Reacts {
+    std::uint32_t first, count;          ///< its reactions, at most two: on the bar at hand and on one beside it
+  };
+  std::vector<Reacts> reacts;            ///< for each of `number`
+  std::vector<Reaction> reaction;        ///< those of fiber f's contacts from 2 of[f] on, one after the other
 };
 
 /// Everything within the outer skin is listed at a search; what is within the inner skin is picked from the list more often.
@@ -84,6 +87,7 @@ struct FiberGeometry {
   std::span<const Vec3> node_tangent;   ///< unit, from the previous to the next node; kept up by the node-to-node law and at a search only
   std::span<const double> bend2;        ///< tan^2 of half the angle between the bars that meet in a node; 0 at a fiber's ends
   std::span<const double> travel;       ///< longest way that a node near this one can have gone since the start [m]
+  std::span<const double> reach_ahead;  ///< longest way that it can have gone after the next step [m]
 };
 
 /// Sums over the contacts owned by one fiber.
@@ -102,9 +106,9 @@ bool meets_at_nodes(const Model& model, std::uint32_t fiber_a, std::uint32_t fib
 double touch_reach(const Model& model, std::uint32_t fiber, std::uint32_t other);
 Vec3 contact_point(const FiberGeometry& geometry, const LineContact& contact);
 
-/// Lets a contact sleep for as long as its fibers, `distance` apart now, need to come near a touch. It then costs next to nothing and the
+/// Lets a contact sleep for as long as its fibers, apart by `gap` [m], need to come near a touch. It then costs next to nothing and the
 /// result does not change, as only a contact that is near counts.
-void let_sleep(const Model& model, const FiberGeometry& geometry, std::uint32_t fiber, double distance, LineContact& contact);
+void let_sleep(const FiberGeometry& geometry, double gap, LineContact& contact);
 
 /// Forces of the contacts owned by `fiber` (its points against other fibers). Adds to `force` and `stiffness`
 /// of the fiber's own nodes only, and stores the reactions; so fibers can be evaluated in any order, on any thread, to the same bits.

@@ -115,7 +115,9 @@ class Engine {
   };
   void refresh_geometry(std::uint32_t fiber);
   void refresh_node_tangents(std::uint32_t fiber);
+  void find_ways(std::uint32_t fiber, double dt);
   void add_travel(std::uint32_t fiber);
+  void look_ahead(std::uint32_t fiber);
   void move_fiber(std::uint32_t fiber, const Drive& drive, bool with_energy);
   void add_bar_forces(std::uint32_t fiber, bool with_energy);
   void pull_bars(std::uint32_t fiber);
@@ -145,7 +147,7 @@ class Engine {
   double moved_max_ = 0;       ///< largest of state().moved
   bool list_is_late_ = false;  ///< nodes have moved farther than the contact list in use allows
   std::vector<Vec3> bar_tangent_, node_tangent_, force_, velocity_change_;
-  std::vector<double> bar_length_, bar_inverse_, bend2_, bar_rate_, bar_energy_, block_speed2_, tension_;
+  std::vector<double> bar_length_, bar_inverse_, bend2_, bar_rate_, bar_energy_, block_speed2_, block_way_, reach_ahead_, tension_;
   std::vector<DirectionalStiffness> stiffness_;
   std::vector<double> diagonal_, upper_, multiplier_, corner_;  ///< of the solve for the bars' tensions
   std::vector<std::uint8_t> slack_;                             ///< per bar
