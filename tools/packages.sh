@@ -14,6 +14,7 @@ build_packages=(
   libcli11-dev
   libcairo2-dev
   libsuitesparse-dev
+  libopenblas0-pthread
 )
 
 test_packages=(

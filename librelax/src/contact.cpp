@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "chain.hpp"
+#include "contact_samples.hpp"
 #include "line_law.hpp"
 #include "relax/energy.hpp"
 
@@ -17,11 +19,11 @@ constexpr std::size_t parts = 6;
 ///   d2 psi = G_qq - G_qv G_vq / G_vv, G_qq = c c I, G_qv = c' r - c y', G_vv = y'.y' - r.y'',
 /// (c' by v, zero for the point's own nodes), and d2 d = (d2 psi - n n) / d.
 void add_hessian(const ChainPoint& at, const std::array<std::uint32_t, parts>& node, const std::array<double, parts>& c, double distance,
-                 double force, double slope, bool convex, SparseHessian& hessian) {
+                 double force, double slope, const Derivatives& want) {
   const Vec3 n = at.separation / distance;
   const Vec3 tangent = at.span.tangent(at.share);
   const double bend = tangent.squaredNorm() - at.separation.dot(at.span.curve);
-  const double turn = convex ? 0 : -force / distance;  // phi' / d
+  const double turn = want.convex ? 0 : -force / distance;  // phi' / d
   const Vec3 slopes = span_slopes(at.share);
   std::array<Vec3, parts> g;
   for (std::size_t a = 0; a < parts; ++a) {
@@ -30,13 +32,13 @@ void add_hessian(const ChainPoint& at, const std::array<std::uint32_t, parts>& n
   }
   const Eigen::Matrix3d along_n = n * n.transpose();
   for (std::size_t a = 0; a < parts; ++a) {
-    for (std::size_t b = a; b < parts; ++b) {
+    for (std::size_t b = a; b < (want.fiber_wise && a < 3 ? 3 : parts); ++b) {
       Eigen::Matrix3d block = (slope - turn) * c[a] * c[b] * along_n;
       if (turn != 0) block += turn * (c[a] * c[b] * Eigen::Matrix3d::Identity() - g[a] * g[b].transpose() / bend);
       if (a != b && node[a] == node[b]) {  // a fiber that touches its own image
-        hessian.add(node[a], node[a], block + block.transpose());
+        want.hessian->add(node[a], node[a], block + block.transpose());
       } else {
-        hessian.add(node[a], node[b], block);
+        want.hessian->add(node[a], node[b], block);
       }
     }
   }
@@ -49,46 +51,112 @@ int samples_on(const Cell& cell, std::uint32_t span, std::uint32_t other, const 
   return std::max(1, static_cast<int>(std::ceil(cell.span_length(span) / (apart * d))));
 }
 
+/// How far the nodes of each span have gone since a list was built [m].
+std::vector<double> ways_since(const Cell& cell, const ContactList& list, const Eigen::VectorXd& q) {
+  std::vector<double> node(cell.nodes()), span(cell.nodes());
+  for (std::uint32_t i = 0; i < cell.nodes(); ++i) node[i] = (q.segment<3>(3 * Eigen::Index{i}) - list.built_at.segment<3>(3 * Eigen::Index{i})).norm();
+  for (std::uint32_t i = 0; i < cell.nodes(); ++i) span[i] = std::max({node[cell.before(i).node], node[i], node[cell.after(i).node]});
+  return span;
+}
+
+/// Work that is done in parallel is cut into as many parts, whatever the threads: so results do not depend on them.
+constexpr std::size_t work_parts = 8;
+
+/// What the contacts of one part of the list give.
+struct PartOfContacts {
+  double energy = 0;
+  Eigen::VectorXd gradient;
+  ContactState state;
+};
+
+/// Evaluates one contact at its points.
+void evaluate(const Cell& cell, const ContactList& list, const SpanContact& contact, const Eigen::VectorXd& q, const Derivatives& want,
+              PartOfContacts& part) {
+  const std::uint32_t f = cell.fiber_of[contact.span], g = cell.fiber_of[contact.other];
+  const PairLaw& law = cell.pair_law(f, g);
+  const int samples = samples_on(cell, contact.span, contact.other, list.sampling);
+  const double weight = 0.5 * cell.span_length(contact.span) / samples;
+  const Span own(cell, q, contact.span);
+  const Vec3 shift = image_shift(cell, contact.image_x, contact.image_y);
+  ContactState& state = part.state;
+  for (int s = 0; s < samples; ++s) {
+    const double u = (s + 0.5) / samples;
+    const ChainPoint at = closest_on_chain(cell, q, own.point(u), contact.other, shift);
+    const double distance2 = at.separation.squaredNorm();
+    const bool touches = at.found && distance2 < law.reach * law.reach;
+    if (state.want_touches) state.touches.push_back(touches);
+    if (!touches) continue;
+    const double distance = std::sqrt(distance2), overlap = law.reach - distance;
+    part.energy += weight * law.line_energy(overlap);
+    ++state.touching;
+    if (overlap > state.overlap_max * law.reach) {
+      state.overlap_max = overlap / law.reach;
+      state.node_max = contact.span;
+      state.other_max = at.span.node[1];
+    }
+    if (!want.gradient && !want.hessian) continue;
+    const double force = weight * law.line_force(overlap);
+    const Vec3 own_share = span_weights(u), other_share = span_weights(at.share);
+    const std::array<std::uint32_t, parts> node = {own.node[0],     own.node[1],     own.node[2],
+                                                   at.span.node[0], at.span.node[1], at.span.node[2]};
+    const std::array<double, parts> c = {own_share[0], own_share[1], own_share[2], -other_share[0], -other_share[1], -other_share[2]};
+    if (want.gradient) {
+      const Vec3 push = -force / distance * at.separation;
+      for (std::size_t a = 0; a < parts; ++a) part.gradient.segment<3>(3 * Eigen::Index{node[a]}) += c[a] * push;
+    }
+    if (want.hessian) add_hessian(at, node, c, distance, force, weight * line_force_slope(law, overlap), want);
+  }
+}
+
 }  // namespace
 
-double contact_energy(const Cell& cell, const ContactList& list, const Eigen::VectorXd& q, Derivatives want, ContactState* state) {
-  double energy = 0;
-  for (const SpanContact& contact : list.contacts) {
-    const std::uint32_t f = cell.fiber_of[contact.span], g = cell.fiber_of[contact.other];
-    const PairLaw& law = cell.pair_law(f, g);
-    const int samples = samples_on(cell, contact.span, contact.other, list.sampling);
-    const double weight = 0.5 * cell.span_length(contact.span) / samples;
+std::vector<double> contact_gaps(const Cell& cell, const ContactList& list, const Eigen::VectorXd& q) {
+  constexpr double always = -std::numeric_limits<double>::infinity();
+  std::vector<double> gap(list.contacts.size(), std::numeric_limits<double>::infinity());
+#pragma omp parallel for schedule(static)
+  for (std::size_t i = 0; i < gap.size(); ++i) {
+    const SpanContact& contact = list.contacts[i];
     const Span own(cell, q, contact.span);
     const Vec3 shift = image_shift(cell, contact.image_x, contact.image_y);
+    const int samples = samples_on(cell, contact.span, contact.other, list.sampling);
+    const double reach = cell.pair_law(cell.fiber_of[contact.span], cell.fiber_of[contact.other]).reach;
     for (int s = 0; s < samples; ++s) {
-      const double u = (s + 0.5) / samples;
-      const ChainPoint at = closest_on_chain(cell, q, own.point(u), contact.other, shift);
-      const double distance2 = at.separation.squaredNorm();
-      const bool touches = at.found && distance2 < law.reach * law.reach;
-      if (state && state->want_touches) state->touches.push_back(touches);
-      if (!touches) continue;
-      const double distance = std::sqrt(distance2), overlap = law.reach - distance;
-      energy += weight * law.line_energy(overlap);
-      if (state) {
-        ++state->touching;
-        if (overlap > state->overlap_max * law.reach) {
-          state->overlap_max = overlap / law.reach;
-          state->node_max = contact.span;
-          state->other_max = at.span.node[1];
-        }
-      }
-      if (!want.gradient && !want.hessian) continue;
-      const double force = weight * law.line_force(overlap);
-      const Vec3 own_share = span_weights(u), other_share = span_weights(at.share);
-      const std::array<std::uint32_t, parts> node = {own.node[0],     own.node[1],     own.node[2],
-                                                     at.span.node[0], at.span.node[1], at.span.node[2]};
-      const std::array<double, parts> c = {own_share[0], own_share[1], own_share[2], -other_share[0], -other_share[1], -other_share[2]};
-      if (want.gradient) {
-        const Vec3 push = -force / distance * at.separation;
-        for (std::size_t a = 0; a < parts; ++a) want.gradient->segment<3>(3 * Eigen::Index{node[a]}) += c[a] * push;
-      }
-      if (want.hessian) add_hessian(at, node, c, distance, force, weight * line_force_slope(law, overlap), want.convex, *want.hessian);
+      const ChainPoint at = closest_on_chain(cell, q, own.point((s + 0.5) / samples), contact.other, shift);
+      gap[i] = std::min(gap[i], at.found ? at.separation.norm() - reach : always);
     }
+  }
+  return gap;
+}
+
+double contact_energy(const Cell& cell, const ContactList& list, const Eigen::VectorXd& q, Derivatives want, ContactState* state) {
+  if (list.contacts.empty()) return 0;
+  const std::vector<double> way = ways_since(cell, list, q);
+  std::array<PartOfContacts, work_parts> part;
+#pragma omp parallel for schedule(dynamic, 1) if (want.hessian == nullptr)
+  for (std::size_t p = 0; p < work_parts; ++p) {
+    if (want.gradient) part[p].gradient = Eigen::VectorXd::Zero(q.size());
+    part[p].state.want_touches = state && state->want_touches;
+    for (std::size_t i = p * list.contacts.size() / work_parts; i < (p + 1) * list.contacts.size() / work_parts; ++i) {
+      const SpanContact& contact = list.contacts[i];
+      const double other = std::max({way[cell.before(contact.other).node], way[contact.other], way[cell.after(contact.other).node]});
+      if (list.gap[i] > way[contact.span] + other) {  // the points can not have come to a touch
+        if (part[p].state.want_touches) part[p].state.touches.insert(part[p].state.touches.end(), static_cast<std::size_t>(samples_on(cell, contact.span, contact.other, list.sampling)), 0);
+        continue;
+      }
+      evaluate(cell, list, contact, q, want, part[p]);
+    }
+  }
+  double energy = 0;
+  for (const PartOfContacts& p : part) {
+    energy += p.energy;
+    if (want.gradient) *want.gradient += p.gradient;
+    if (!state) continue;
+    state->touching += p.state.touching;
+    state->touches.insert(state->touches.end(), p.state.touches.begin(), p.state.touches.end());
+    if (p.state.overlap_max <= state->overlap_max) continue;
+    state->overlap_max = p.state.overlap_max;
+    state->node_max = p.state.node_max;
+    state->other_max = p.state.other_max;
   }
   return energy;
 }

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "chain.hpp"
+#include "contact_samples.hpp"
 #include "relax/energy.hpp"
 
 namespace relax {
@@ -112,6 +113,30 @@ bool comes_within(const Cell& cell, const Eigen::VectorXd& q, const SpanContact&
   return false;
 }
 
+/// The nearest span of every chain that may come near span i.
+void find_nearest(const Cell& cell, const Grid& grid, const std::vector<SpanBall>& balls, std::uint32_t i, double skin,
+                  std::vector<Candidate>& nearest) {
+  const std::uint32_t f = cell.fiber_of[i];
+  nearest.clear();
+  grid.near(balls[i], [&](std::uint32_t j, int wrap_x, int wrap_y) {
+    const std::uint32_t g = cell.fiber_of[j];
+    const Vec3 apart = balls[i].center - balls[j].center - image_shift(cell, wrap_x, wrap_y);
+    const double distance2 = apart.squaredNorm(), limit = balls[i].radius + balls[j].radius + cell.pair_law(f, g).reach + skin;
+    if (distance2 > limit * limit) return;
+    Candidate c{g, 0, distance2, {i, j, balls[i].wrap_x - balls[j].wrap_x + wrap_x, balls[i].wrap_y - balls[j].wrap_y + wrap_y}};
+    c.across = cell.weft[g] ? c.contact.image_x : c.contact.image_y;
+    if (g == f && c.across == 0) return;
+    const auto known = std::find_if(nearest.begin(), nearest.end(), [&](const Candidate& o) { return o.fiber == g && o.across == c.across; });
+    if (known == nearest.end()) {
+      nearest.push_back(c);
+    } else if (distance2 < known->distance2) {
+      *known = c;
+    }
+  });
+  std::sort(nearest.begin(), nearest.end(),
+            [](const Candidate& a, const Candidate& b) { return a.fiber != b.fiber ? a.fiber < b.fiber : a.across < b.across; });
+}
+
 }  // namespace
 
 bool ContactList::late(const Cell& cell, const Eigen::VectorXd& q) const {
@@ -123,39 +148,26 @@ bool ContactList::late(const Cell& cell, const Eigen::VectorXd& q) const {
 }
 
 ContactList find_contacts(const Cell& cell, const Eigen::VectorXd& q, double skin, const ContactSampling& sampling) {
-  ContactList list{skin, sampling, {}, q};
+  ContactList list{skin, sampling, {}, {}, q};
   const std::vector<SpanBall> balls = balls_of(cell, q);
   double largest = 0, reach_max = 0;
   for (const SpanBall& b : balls) largest = std::max(largest, b.radius);
   for (const PairLaw& law : cell.pair_laws) reach_max = std::max(reach_max, law.reach);
   const Grid grid(cell, balls, 2 * largest + reach_max + skin);
-  std::vector<Candidate> nearest;
-  for (std::uint32_t i = 0; i < cell.nodes(); ++i) {
-    const std::uint32_t f = cell.fiber_of[i];
-    nearest.clear();
-    grid.near(balls[i], [&](std::uint32_t j, int wrap_x, int wrap_y) {
-      const std::uint32_t g = cell.fiber_of[j];
-      const Vec3 apart = balls[i].center - balls[j].center - image_shift(cell, wrap_x, wrap_y);
-      const double distance2 = apart.squaredNorm(), limit = balls[i].radius + balls[j].radius + cell.pair_law(f, g).reach + skin;
-      if (distance2 > limit * limit) return;
-      Candidate c{g, 0, distance2, {i, j, balls[i].wrap_x - balls[j].wrap_x + wrap_x, balls[i].wrap_y - balls[j].wrap_y + wrap_y}};
-      c.across = cell.weft[g] ? c.contact.image_x : c.contact.image_y;
-      if (g == f && c.across == 0) return;
-      const auto known =
-          std::find_if(nearest.begin(), nearest.end(), [&](const Candidate& o) { return o.fiber == g && o.across == c.across; });
-      if (known == nearest.end()) {
-        nearest.push_back(c);
-      } else if (distance2 < known->distance2) {
-        *known = c;
+  std::vector<std::vector<SpanContact>> of_fiber(cell.fibers());
+#pragma omp parallel for schedule(dynamic, 1)
+  for (std::uint32_t f = 0; f < cell.fibers(); ++f) {
+    std::vector<Candidate> nearest;
+    for (std::uint32_t i = cell.first[f]; i < cell.first[f + 1]; ++i) {
+      find_nearest(cell, grid, balls, i, skin, nearest);
+      remove_repeats(cell, q, i, cell.type_of(f).radius, nearest);
+      for (const Candidate& c : nearest) {
+        if (comes_within(cell, q, c.contact, cell.pair_law(f, c.fiber).reach + skin)) of_fiber[f].push_back(c.contact);
       }
-    });
-    std::sort(nearest.begin(), nearest.end(),
-              [](const Candidate& a, const Candidate& b) { return a.fiber != b.fiber ? a.fiber < b.fiber : a.across < b.across; });
-    remove_repeats(cell, q, i, cell.type_of(f).radius, nearest);
-    for (const Candidate& c : nearest) {
-      if (comes_within(cell, q, c.contact, cell.pair_law(f, c.fiber).reach + skin)) list.contacts.push_back(c.contact);
     }
   }
+  for (const auto& contacts : of_fiber) list.contacts.insert(list.contacts.end(), contacts.begin(), contacts.end());
+  list.gap = contact_gaps(cell, list, q);
   return list;
 }
 

@@ -22,22 +22,27 @@ constexpr int steps_before_growth = 5;
 constexpr double way_limit = 0.1;    ///< of a node in one step [smallest diameters]
 constexpr int metric_interval = 10;  ///< steps for which M is kept, unless the motion turns uphill before
 constexpr double near_touch = 1.04;  ///< radii by which M sees fibers: those that may touch before it is renewed have to be in it
+constexpr double list_skin = 0.8;    ///< of the contact list [largest fiber diameters]: nodes go far, and what does not touch costs next to nothing
 constexpr double regular = 1e-6;     ///< added to M: of the reference tension over the diameter, for slack fibers that nothing holds
 
 /// M with its factor.
 class Metric {
  public:
   explicit Metric(const Cell& cell)
-      : inflated_(inflate(cell)), matrix_(hessian_for(cell, ContactList{}, Eigen::VectorXd::Zero(Unknowns(cell).size))), factor_(matrix_) {}
+      : inflated_(inflate(cell, 1)), stiff_(inflate(cell, 2)), matrix_(hessian_for(cell, ContactList{}, Eigen::VectorXd::Zero(Unknowns(cell).size))), factor_(matrix_) {}
 
   void renew(const Cell& cell, const Unknowns& unknowns, const ContactList& list, const Eigen::VectorXd& q,
              const std::vector<Eigen::Index>& pins, double scale) {
     matrix_.set_zero();
-    const Derivatives convex{nullptr, &matrix_, true};
+    const Derivatives convex{nullptr, &matrix_, true, true};
     bar_energy(cell, unknowns, q, convex);
     bending_energy(cell, q, convex);
-    // What couples different fibers is outside the pattern and left out.
-    for (int twice = 0; twice < 2; ++twice) contact_energy(inflated_, list, q, convex);
+    ContactList nearer = list;
+    for (std::size_t i = 0; i < nearer.gap.size(); ++i) {
+      const SpanContact& c = nearer.contacts[i];
+      nearer.gap[i] -= (1 - 1 / near_touch) * inflated_.pair_law(cell.fiber_of[c.span], cell.fiber_of[c.other]).reach;
+    }
+    contact_energy(stiff_, nearer, q, convex);
     platen_energy(inflated_, unknowns, q, convex);
     matrix_.pin(pins, scale);
     double shift = regular * scale;
@@ -47,12 +52,15 @@ class Metric {
   [[nodiscard]] Eigen::VectorXd solve(const Eigen::VectorXd& f) const { return factor_.solve(f); }
 
  private:
-  static Cell inflate(Cell cell) {
-    for (FiberType& type : cell.types) type.radius *= near_touch;
+  static Cell inflate(Cell cell, double stiffness) {
+    for (FiberType& type : cell.types) {
+      type.radius *= near_touch;
+      type.transverse_modulus *= stiffness;
+    }
     finish_types(cell);
     return cell;
   }
-  Cell inflated_;
+  Cell inflated_, stiff_;  ///< the second for contact between fibers, which counts twice
   SparseHessian matrix_;
   Cholesky factor_;
 };
@@ -66,9 +74,11 @@ double way_max(const Unknowns& unknowns, const Eigen::VectorXd& step) {
 
 }  // namespace
 
-void calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins, const MinimizeOptions& options, MinimizeResult& result) {
-  if (options.first_order_max <= 0) return;
+int calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins, const MinimizeOptions& options, double tolerance, int steps_max,
+              MinimizeResult& result) {
+  if (steps_max <= 0) return 0;
   const Clock::time_point start = Clock::now();
+  const double wall_before = result.history.empty() ? 0 : result.history.back().wall;
   const Unknowns unknowns(cell);
   double d_min = 1e300, d_max = 0;
   for (std::size_t f = 0; f < cell.fibers(); ++f) {
@@ -76,15 +86,15 @@ void calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins, const Mi
     d_max = std::max(d_max, 2 * cell.type_of(f).radius);
   }
   const double scale = result.reference_tension / d_min;
-  ContactList list = find_contacts(cell, result.q, options.skin * d_max, options.sampling);
+  ContactList list = find_contacts(cell, result.q, list_skin * d_max, options.first_order_sampling);
   Metric metric(cell);
   Eigen::VectorXd v = Eigen::VectorXd::Zero(unknowns.size), gradient(unknowns.size);
   double dt = step_first, mixing = mixing_first;
   int downhill = 0, metric_age = metric_interval;
-  for (int i = 0; i < options.first_order_max; ++i) {
+  for (int i = 0; i < steps_max; ++i) {
     Clock::time_point stage = Clock::now();
     if (list.late(cell, result.q)) {
-      list = find_contacts(cell, result.q, options.skin * d_max, options.sampling);
+      list = find_contacts(cell, result.q, list_skin * d_max, options.first_order_sampling);
       result.wall.search += seconds_since(stage);
       stage = Clock::now();
     }
@@ -99,7 +109,7 @@ void calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins, const Mi
       result.wall.first_order_metric += seconds_since(stage);
       metric_age = 1;
     }
-    if (gradient_max <= options.first_order_tolerance || !std::isfinite(energy)) return;
+    if (gradient_max <= tolerance || !std::isfinite(energy)) return i;
 
     const Eigen::VectorXd pull = metric.solve(-gradient);  // M^-1 F
     const double power = -gradient.dot(v);
@@ -132,10 +142,11 @@ void calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins, const Mi
     p.step_max = std::min(way, limit);
     p.first_order = true;
     p.touching = contacts.touching;
-    p.wall = seconds_since(start);
+    p.wall = wall_before + seconds_since(start);
     result.history.push_back(p);
     if (options.on_progress) options.on_progress(p);
   }
+  return steps_max;
 }
 
 }  // namespace relax

@@ -36,6 +36,7 @@ constexpr double armijo = 1e-4;  ///< share of the predicted fall in energy that
 constexpr int halvings = 14;
 constexpr double round_off = 1e-11;     ///< of the energy: a predicted fall below it can not be seen
 constexpr double shift_first = 1e-4;    ///< [reference tension / diameter]
+constexpr int far_steps = 3;             ///< of Newton's method as long as the list allows, one after the other: far from a minimum
 constexpr int inverse_iterations = 12;  ///< for the direction of negative curvature
 
 struct Scale {
@@ -72,11 +73,23 @@ class Minimization {
   }
 
   MinimizeResult run() {
-    calm_down(cell_, pins_, options_, result_);
-    find_contacts_anew();
-    evaluate(false);
-    note(0, 0, false);
-    for (int i = 0; i < options_.iterations_max && !step(); ++i) {
+    double tolerance = options_.first_order_tolerance;
+    int steps_left = options_.first_order_max, iterations_left = options_.iterations_max;
+    for (bool again = true; again;) {
+      again = false;
+      steps_left -= calm_down(cell_, pins_, options_, tolerance, steps_left, result_);
+      find_contacts_anew();
+      evaluate(false);
+      note(0, 0, false);
+      int far = 0;
+      for (; iterations_left > 0; --iterations_left) {
+        if (step()) break;
+        far = went_far_ ? far + 1 : 0;
+        // The fibers slide away from a saddle: that way is long, and goes faster in many cheap steps than in a few dear ones.
+        again = far == far_steps && steps_left > 0;
+        if (again) break;
+      }
+      tolerance = std::max(0.5 * tolerance, options_.first_order_tolerance_least);
     }
     certify_state();
     return std::move(result_);
@@ -229,7 +242,8 @@ class Minimization {
   /// Goes along a direction as far as it lowers the energy, or the gradient where energies are lost in round-off. False: nowhere.
   bool descend(Eigen::VectorXd& direction) {
     const double limit = 0.5 * list_.skin, way = way_max(direction);
-    if (way > limit) direction *= limit / way;
+    went_far_ = way > limit;
+    if (went_far_) direction *= limit / way;
     const Eigen::VectorXd before = result_.q;
     if (list_.late(cell_, before + direction)) find_contacts_anew();
     const double slope = gradient_.dot(direction), energy_before = result_.energy.sum();
@@ -251,7 +265,7 @@ class Minimization {
       result_.q = trial;
       const double shift = shift_;
       const bool convex = convex_;
-      if (share == 1 && way <= limit) {
+      if (share == 1 && !went_far_) {
         shift_ = shift_ > 1e-3 * shift_first * result_.reference_tension / scale_.diameter_min ? 0.1 * shift_ : 0;
       } else if (share < 0.25) {
         shift_ = std::max(4 * shift_, shift_first * result_.reference_tension / scale_.diameter_min);
@@ -297,6 +311,7 @@ class Minimization {
   std::unique_ptr<Cholesky> cholesky_;
   Eigen::VectorXd gradient_, force_of_pins_;
   bool convex_ = false;
+  bool went_far_ = false;  ///< the last step was cut to what the contact list allows
   double shift_ = 0;
   int true_in_ = 0, true_wait_ = 0, stalled_ = 0;
   MinimizeResult result_;

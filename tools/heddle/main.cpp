@@ -43,7 +43,7 @@ int main(int argc, char** argv) {
   relax_app->add_option("--pressure", relax.pressure, "of platens above and below [Pa]")->check(CLI::NonNegativeNumber);
   relax_app->add_option("--element-length", relax.element_length, "[fiber diameters]")->check(CLI::PositiveNumber);
   relax_app->add_option("--iterations", relax.iterations, "of Newton's method, at most")->check(CLI::Range(0, 100000));
-  relax_app->add_option("--first-order", relax.first_order, "steps of the first-order phase, at most")->check(CLI::Range(0, 100000));
+  relax_app->add_option("--first-order", relax.first_order, "steps of the first-order phases, at most")->check(CLI::Range(0, 1000000));
   relax_app->add_flag("-q,--quiet", relax.quiet, "no progress");
 
   heddle::ViewOptions view;

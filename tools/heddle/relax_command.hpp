@@ -15,7 +15,7 @@ struct RelaxOptions {
   double pressure = 0;                 ///< of the platens [Pa]
   double element_length = 0;           ///< [fiber diameters]; 0: as the case has it
   int iterations = 300;                ///< of Newton's method, at most
-  int first_order = 400;               ///< steps before it, at most
+  int first_order = 20000;             ///< steps of its first-order phases, at most
   bool quiet = false;
 };
 

@@ -12,6 +12,7 @@ struct Derivatives {
   Eigen::VectorXd* gradient = nullptr;  ///< (unknowns) [N]
   SparseHessian* hessian = nullptr;     ///< [N/m]
   bool convex = false;  ///< leave out of the Hessian what makes it indefinite: pushed bars' turning, the turning of contact normals
+  bool fiber_wise = false;  ///< leave out of the Hessian what couples different fibers in contact
 };
 
 /// Places where the line contact of two fibers is integrated, in diameters of the finer of the two.
@@ -31,6 +32,7 @@ struct ContactList {
   double skin = 0;  ///< [m]
   ContactSampling sampling;
   std::vector<SpanContact> contacts;  ///< sorted by span
+  std::vector<double> gap;            ///< of each at `built_at`: the least distance from a touch of one of its points, below 0 if one touches [m]
   Eigen::VectorXd built_at;           ///< unknowns
 
   /// Whether a node has moved too far for this list.

@@ -8,14 +8,16 @@
 namespace relax {
 
 struct MinimizeOptions {
-  int first_order_max = 400;            ///< steps of the first-order phase before Newton's method; 0: none
-  double first_order_tolerance = 2e-2;  ///< gradient at which it hands over: largest component over the reference tension
+  int first_order_max = 20000;          ///< steps of the first-order phases in all; 0: Newton's method alone
+  double first_order_tolerance = 2e-2;  ///< gradient at which the first one hands over to Newton's method: largest component over the reference tension
+  double first_order_tolerance_least = 1e-3;  ///< at which later ones do, each at half of that of the one before
   int iterations_max = 300;             ///< of Newton's method
   double skin = 0.3;                    ///< of the contact list [largest fiber diameters]
   double gradient_tolerance = 1e-8;     ///< largest component over the reference tension
   double step_tolerance = 1e-8;         ///< largest component of the Newton step [smallest fiber diameters]
   bool leave_saddles = true;            ///< at a saddle, go on along the direction of negative curvature
   ContactSampling sampling;
+  ContactSampling first_order_sampling{0.5, 0.25};  ///< coarser: Newton's method goes on from there
   std::function<void(const struct MinimizeProgress&)> on_progress;
 };
 

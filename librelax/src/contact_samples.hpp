@@ -1,0 +1,12 @@
+#pragma once
+#include <vector>
+
+#include "relax/energy.hpp"
+
+namespace relax {
+
+/// For each contact of a list the least distance from a touch of one of its points at `q`, below 0 if one touches or has no
+/// closest point near by [m].
+std::vector<double> contact_gaps(const Cell& cell, const ContactList& list, const Eigen::VectorXd& q);
+
+}  // namespace relax
