@@ -97,7 +97,7 @@ double bar_energy(const Cell& cell, const Unknowns& unknowns, const Eigen::Vecto
     if (unknowns.drawn[f] < 0) continue;
     const FiberType& type = cell.type_of(f);
     const double price = cell.tension[f] * (1 + 0.5 * cell.tension[f] / (type.youngs_modulus * type.area));
-    work += price * q[unknowns.drawn[f]];
+    work += price * (rest_sum[f] + q[unknowns.drawn[f]] - cell.period(f).norm());
     if (want.gradient) (*want.gradient)[unknowns.drawn[f]] += price;
   }
   if (tension_work) *tension_work = work;

@@ -1,16 +1,13 @@
-#include <sys/resource.h>
-
 #include <nlohmann/json.hpp>
 
 #include "relax/report.hpp"
 #include "relax/version.hpp"
+#include "weave/peak_memory.hpp"
 
 namespace relax {
 
 std::string summary_json(const Cell& cell, const MinimizeResult& r, const weave::CellMeasures& m, const ReportContext& context) {
   using nlohmann::ordered_json;
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
   const Unknowns unknowns(cell);
   std::size_t fibers_of_first = 0;
   for (const int yarn : cell.yarn) fibers_of_first += yarn == cell.yarn.front();
@@ -63,7 +60,7 @@ std::string summary_json(const Cell& cell, const MinimizeResult& r, const weave:
   j["wall_s"] = context.wall;
   j["stage_wall_s"] = {{"search", w.search},     {"assembly", w.assembly},           {"first_order_metric", w.first_order_metric},
                        {"analysis", w.analysis}, {"factorization", w.factorization}, {"solution", w.solution}};
-  j["peak_memory_bytes"] = 1024.0 * static_cast<double>(usage.ru_maxrss);
+  j["peak_memory_bytes"] = weave::peak_memory_bytes();
   ordered_json history = ordered_json::array();
   for (const MinimizeProgress& p : r.history)
     history.push_back({p.energy, p.gradient_max, p.step_max, p.shift, p.convex, p.first_order, p.touching, p.wall});

@@ -1,18 +1,11 @@
-#include <sys/resource.h>
-
 #include <nlohmann/json.hpp>
 
+#include "weave/peak_memory.hpp"
 #include "weave/version.hpp"
 #include "weave/weaving_run.hpp"
 
 namespace weave {
 namespace {
-
-double peak_memory_bytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return 1024.0 * static_cast<double>(usage.ru_maxrss);
-}
 
 const char* name_of(RunStatus status) {
   switch (status) {

@@ -35,7 +35,9 @@ int main(int argc, char** argv) {
       ->required();
   relax_app->add_option("-o,--output", relax.output, "results folder (default results/NAME_relaxed)");
   relax_app->add_option("--set", relax.overrides, "change a value of the case: key.path=value")->type_name("KEY=VALUE");
-  relax_app->add_option("--fibers", relax.fibers, "digital fibers a yarn, e.g. 7, 19, 37, 61, 127")->check(CLI::Range(1, 1000));
+  relax_app->add_option("--fibers", relax.fibers, "digital fibers a yarn, e.g. 37, 61, 127, refined from those of the start")->check(CLI::Range(1, 1000));
+  relax_app->add_option("--start-fibers", relax.start_fibers, "digital fibers a yarn of a start from topology (default as in the case)")
+      ->check(CLI::Range(1, 1000));
   relax_app->add_option("--warp-tension", relax.warp_tension, "per yarn [N] (default: woven rest lengths; from topology the loom's)")
       ->check(CLI::PositiveNumber);
   relax_app->add_option("--weft-tension", relax.weft_tension, "per yarn [N] (default: woven rest lengths; from topology the warp's)")

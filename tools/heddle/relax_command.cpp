@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "relax/minimize.hpp"
+#include "relax/refine.hpp"
 #include "relax/report.hpp"
 #include "relax/topology_start.hpp"
 #include "relax/version.hpp"
@@ -53,7 +54,7 @@ std::filesystem::path woven_file(const std::filesystem::path& input) {
 Start start_of(const RelaxOptions& options) {
   Start start;
   if (const std::filesystem::path file = woven_file(options.input); !file.empty()) {
-    if (options.fibers > 0) throw std::invalid_argument("--fibers: a woven cell is relaxed with the fibers that it has");
+    if (options.start_fibers > 0) throw std::invalid_argument("--start-fibers: a woven cell starts with the fibers that it has");
     const weave::ResultsFile results = weave::read_results(file);
     start.c = weave::parse_case(results.case_toml, file.string(), options.overrides);
     relax::WovenOptions woven{options.warp_tension, options.weft_tension, start.c.numerics.element_length};
@@ -69,8 +70,8 @@ Start start_of(const RelaxOptions& options) {
   }
   std::vector<std::string> overrides = options.overrides;
   start.c = weave::load_case(options.input, overrides);
-  if (options.fibers > 0) {
-    for (const auto& [name, yarn] : start.c.yarns) overrides.push_back(fmt::format("yarns.{}.fibers={}", name, options.fibers));
+  if (options.start_fibers > 0) {
+    for (const auto& [name, yarn] : start.c.yarns) overrides.push_back(fmt::format("yarns.{}.fibers={}", name, options.start_fibers));
     start.c = weave::load_case(options.input, overrides);
   }
   relax::TopologyOptions topology;
@@ -89,12 +90,21 @@ int relax_command(const RelaxOptions& options) {
   const weave::Case& c = state.c;
   relax::Cell& cell = state.cell;
   cell.pressure = options.pressure;
-  const Eigen::VectorXd q = relax::unknowns_at(cell, state.x);
+  Eigen::VectorXd q = relax::unknowns_at(cell, state.x);
 
   relax::MinimizeOptions minimize;
   minimize.iterations_max = options.iterations;
   minimize.first_order_max = options.first_order;
   if (!options.quiet) minimize.on_progress = show;
+  if (options.fibers > 0) {
+    // The way to the minimum is long: the coarse fibers go most of it.
+    relax::MinimizeOptions rough = minimize;
+    rough.iterations_max = 0;
+    q = relax::minimize(cell, q, rough).q;
+    const double element_length = options.element_length > 0 ? options.element_length : c.numerics.element_length;
+    std::tie(cell, state.x) = relax::refine(cell, q, options.fibers, element_length);
+    q = relax::unknowns_at(cell, state.x);
+  }
   const relax::MinimizeResult result = relax::minimize(cell, q, minimize);
 
   const weave::Snapshot snapshot = relax::snapshot_of(cell, result.q);

@@ -9,7 +9,8 @@ struct RelaxOptions {
   std::filesystem::path input;         ///< folder or file of a woven cell; or a case, for a start from topology
   std::filesystem::path output;        ///< default ./results/NAME_relaxed
   std::vector<std::string> overrides;  ///< key.path=value
-  int fibers = 0;                      ///< per yarn, from topology; 0: as the case has it
+  int fibers = 0;                      ///< per yarn, refined from those of the start; 0: as many as the start has
+  int start_fibers = 0;                ///< per yarn, of a start from topology; 0: as the case has it
   double warp_tension = 0;             ///< per yarn [N]; 0: the woven rest lengths, from topology the loom's
   double weft_tension = 0;             ///< per yarn [N]; 0: the woven rest lengths, from topology as the warp
   double pressure = 0;                 ///< of the platens [Pa]

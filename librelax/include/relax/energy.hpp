@@ -48,7 +48,7 @@ SparseHessian hessian_for(const Cell& cell, const ContactList& list, const Eigen
 /// Parts of the potential energy [J].
 struct EnergyParts {
   double bars = 0, bending = 0, contact = 0;
-  double tension = 0;  ///< prescribed tensions times the rest length drawn into the cell
+  double tension = 0;  ///< prescribed tensions times the rest length in the cell beyond that of a straight fiber
   double platens = 0;  ///< contact with them, and pressure times volume between them
   [[nodiscard]] double sum() const { return bars + bending + contact + tension + platens; }
 };
@@ -65,9 +65,9 @@ struct ContactState {
 /// Bars between the nodes: U = E A rho psi(e), e = l/rho - 1, with rho the rest length; psi'' = 1 in tension and the compression factor in
 /// compression, linear in between within the cell's slack strain.
 /// Under a prescribed tension T the rest length is free: all of a fiber's bars share what it draws in, w, as rho = rho_0 (1 + w / sum
-/// rho_0), at the price T* w, where T* = T + T^2/(2 E A). For one bar the least U over rho is then T l: a string of constant tension. One
-/// unknown for the whole fiber, and not one per bar, holds the nodes in place along it. Such bars are linear in compression too, which none
-/// of them is at a minimum.
+/// rho_0), at the price T* (sum rho - L), with L the length of the cell and T* = T + T^2/(2 E A). For one bar the least U over rho is then
+/// T (l - L): a string of constant tension. One unknown for the whole fiber, and not one per bar, holds the nodes in place along it. Such
+/// bars are linear in compression too, which none of them is at a minimum.
 double bar_energy(const Cell& cell, const Unknowns& unknowns, const Eigen::VectorXd& q, Derivatives want, double* tension_work = nullptr);
 
 /// Tension of the bar from each node to the next [N].

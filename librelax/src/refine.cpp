@@ -1,0 +1,195 @@
+#include "relax/refine.hpp"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+
+#include "relax/energy.hpp"
+#include "spline.hpp"
+
+namespace relax {
+namespace {
+
+constexpr double hexagonal_packing = 0.9069;  ///< the share of its hexagonal cell that a fiber fills: its finer fibers may use the whole cell
+
+/// Fibers of one yarn.
+struct YarnFibers {
+  std::uint32_t begin, end;
+  [[nodiscard]] int count() const { return static_cast<int>(end - begin); }
+};
+
+std::vector<YarnFibers> yarns_of(const Cell& cell) {
+  std::vector<YarnFibers> yarns;
+  for (std::uint32_t f = 0; f < cell.fibers(); ++f) {
+    if (yarns.empty() || cell.yarn[f] != cell.yarn[yarns.back().begin]) yarns.push_back({f, f});
+    yarns.back().end = f + 1;
+  }
+  return yarns;
+}
+
+/// Mean distance of each fiber of a yarn from the yarn's mean axis [m].
+std::vector<double> distance_from_axis(const Cell& cell, const Eigen::VectorXd& q, const YarnFibers& yarn) {
+  constexpr int stations = 16;
+  std::vector<double> distance(static_cast<std::size_t>(yarn.count()), 0);
+  for (int k = 0; k < stations; ++k) {
+    std::vector<Vec3> at;
+    for (std::uint32_t f = yarn.begin; f < yarn.end; ++f) {
+      const double place = static_cast<double>(k) / stations * cell.nodes_of(f);
+      const auto span = static_cast<std::uint32_t>(place);
+      at.push_back(axis_point(cell, q, cell.first[f] + span, place - span));
+    }
+    const Vec3 middle = std::accumulate(at.begin(), at.end(), Vec3(Vec3::Zero())) / yarn.count();
+    for (std::size_t i = 0; i < at.size(); ++i) distance[i] += (at[i] - middle).norm() / stations;
+  }
+  return distance;
+}
+
+/// How many finer fibers each fiber of a yarn splits into; as many for all that go on in one another.
+std::vector<int> share_out(const Cell& cell, const Eigen::VectorXd& q, const YarnFibers& yarn, int fibers) {
+  const int coarse = yarn.count();
+  if (fibers < coarse) {
+    throw std::invalid_argument("refine: yarn " + std::to_string(cell.yarn[yarn.begin]) + " has " + std::to_string(coarse) + " fibers, more than " +
+                                std::to_string(fibers));
+  }
+  std::vector<int> parts(static_cast<std::size_t>(coarse), fibers / coarse);
+  const std::vector<double> distance = distance_from_axis(cell, q, yarn);
+  struct Loop {
+    std::vector<std::size_t> fibers;
+    double distance = 0;
+  };
+  std::vector<Loop> loops;
+  std::vector<std::uint8_t> seen(static_cast<std::size_t>(coarse), 0);
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    if (seen[i]) continue;
+    Loop loop;
+    for (std::size_t j = i; !seen[j]; j = cell.next[yarn.begin + j] - yarn.begin) {
+      seen[j] = 1;
+      loop.fibers.push_back(j);
+      loop.distance += distance[j];
+    }
+    loop.distance /= static_cast<double>(loop.fibers.size());
+    loops.push_back(std::move(loop));
+  }
+  std::stable_sort(loops.begin(), loops.end(), [](const Loop& a, const Loop& b) { return a.distance < b.distance; });
+  // Which loops take one more: `from[n]` is the last loop of a choice that uses up n.
+  const auto left = static_cast<std::size_t>(fibers % coarse);
+  constexpr int none = -1, start = -2;
+  std::vector<int> from(left + 1, none);
+  from[0] = start;
+  for (std::size_t l = 0; l < loops.size(); ++l) {
+    const std::size_t size = loops[l].fibers.size();
+    for (std::size_t n = left; n >= size; --n) {
+      if (from[n] == none && from[n - size] != none && from[n - size] != static_cast<int>(l)) from[n] = static_cast<int>(l);
+    }
+  }
+  if (from[left] == none) {
+    throw std::invalid_argument("refine: the fibers of yarn " + std::to_string(cell.yarn[yarn.begin]) + " go on in one another so that " +
+                                std::to_string(fibers) + " finer ones can not be shared out to them");
+  }
+  for (std::size_t n = left; n > 0;) {
+    const Loop& loop = loops[static_cast<std::size_t>(from[n])];
+    for (const std::size_t i : loop.fibers) ++parts[i];
+    n -= loop.fibers.size();
+  }
+  return parts;
+}
+
+/// Place of finer fiber j of n in the section of its coarse one.
+Eigen::Vector2d place_of(int j, int n, double radius) {
+  if (n == 1) return {0, 0};
+  const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
+  const double r = radius / std::sqrt(hexagonal_packing) * std::sqrt((j + 0.5) / n);
+  return {r * std::cos(j * golden), r * std::sin(j * golden)};
+}
+
+/// A finer fiber beside a coarse one.
+CellFiber beside(const Cell& cell, const Eigen::VectorXd& q, std::uint32_t f, const std::vector<double>& stretch, const Eigen::Vector2d& place,
+                 double spacing) {
+  const std::uint32_t spans = cell.nodes_of(f);
+  double length = 0;
+  for (std::uint32_t i = cell.first[f]; i < cell.first[f + 1]; ++i) length += cell.rest_length[i];
+  const int count = std::max<int>(3, static_cast<int>(std::lround(length / spacing)));
+  const Vec3 across = cell.weft[f] ? Vec3::UnitX() : Vec3::UnitY();
+  CellFiber fiber;
+  for (int k = 0; k < count; ++k) {
+    const double at = static_cast<double>(k) / count * spans;
+    const auto number = static_cast<std::uint32_t>(at);
+    const Span span(cell, q, cell.first[f] + number);
+    const Vec3 t = span.tangent(at - number).normalized();
+    const Vec3 n = (across - across.dot(t) * t).normalized(), b = t.cross(n);
+    fiber.x.push_back(span.point(at - number) + place.x() * n + place.y() * b);
+  }
+  const Vec3 period = cell.period(f);
+  for (int k = 0; k < count; ++k) {
+    const Vec3 after = k + 1 < count ? fiber.x[static_cast<std::size_t>(k) + 1] : Vec3(fiber.x.front() + period);
+    const auto bar = static_cast<std::size_t>(cell.first[f]) + static_cast<std::size_t>(static_cast<double>(k) / count * spans);
+    fiber.rest_length.push_back((after - fiber.x[static_cast<std::size_t>(k)]).norm() / stretch[bar]);
+  }
+  return fiber;
+}
+
+}  // namespace
+
+std::pair<Cell, std::vector<Vec3>> refine(const Cell& coarse, const Eigen::VectorXd& q, int fibers, double element_length) {
+  const Unknowns unknowns(coarse);
+  if (q.size() != unknowns.size) throw std::invalid_argument("refine: the state has the wrong size");
+  Cell cell;
+  cell.length_x = coarse.length_x;
+  cell.length_y = coarse.length_y;
+  cell.pressure = coarse.pressure;
+  cell.slack_strain = coarse.slack_strain;
+  // Stretch of each bar of the coarse fibers, which the finer ones take over.
+  const std::vector<double> tension = bar_tensions(coarse, unknowns, q);
+  std::vector<double> stretch(coarse.nodes());
+  for (std::uint32_t i = 0; i < coarse.nodes(); ++i) {
+    const FiberType& type = coarse.type_of(coarse.fiber_of[i]);
+    stretch[i] = 1 + std::max(tension[i], 0.0) / (type.youngs_modulus * type.area);
+  }
+  std::map<std::pair<std::uint16_t, int>, std::uint16_t> type_of;  // by coarse type and fibers of the coarse yarn
+  std::vector<std::uint32_t> next;
+  std::vector<Vec3> x;
+  for (const YarnFibers& yarn : yarns_of(coarse)) {
+    const std::vector<int> parts = share_out(coarse, q, yarn, fibers);
+    const double share = static_cast<double>(yarn.count()) / fibers;
+    const auto [type, is_new] = type_of.try_emplace({coarse.type[yarn.begin], yarn.count()}, static_cast<std::uint16_t>(cell.types.size()));
+    if (is_new) {
+      FiberType finer = coarse.types[coarse.type[yarn.begin]];
+      finer.radius *= std::sqrt(share);
+      finer.area *= share;
+      finer.bending_stiffness *= share;
+      cell.types.push_back(finer);
+    }
+    const double spacing = element_length * 2 * cell.types[type->second].radius;
+    std::vector<std::uint32_t> start;  // of each coarse fiber's parts
+    auto number = static_cast<std::uint32_t>(cell.fibers());
+    for (const int n : parts) {
+      start.push_back(number);
+      number += static_cast<std::uint32_t>(n);
+    }
+    int place = 0;
+    for (std::uint32_t f = yarn.begin; f < yarn.end; ++f) {
+      const int n = parts[f - yarn.begin];
+      for (int j = 0; j < n; ++j) {
+        CellFiber fiber = beside(coarse, q, f, stretch, place_of(j, n, coarse.type_of(f).radius), spacing);
+        fiber.weft = coarse.weft[f] != 0;
+        fiber.type = type->second;
+        fiber.yarn = coarse.yarn[f];
+        fiber.place = place++;
+        fiber.tension = coarse.tension[f] * share;
+        add_fiber(cell, fiber, x);
+        next.push_back(start[coarse.next[f] - yarn.begin] + static_cast<std::uint32_t>(j));
+      }
+    }
+  }
+  finish_types(cell);
+  close_fibers(cell, next);
+  return {std::move(cell), std::move(x)};
+}
+
+}  // namespace relax
