@@ -18,6 +18,7 @@ std::string summary_json(const Cell& cell, const MinimizeResult& r, const weave:
   j["case"] = context.case_name;
   j["start"] = context.start;
   if (context.start == "woven") {
+    j["lean"] = context.mismatch.lean;
     j["face_mismatch_mean"] = context.mismatch.mean;
     j["face_mismatch_largest"] = context.mismatch.largest;
     j["fibers_that_change_place"] = context.mismatch.moved;

@@ -35,6 +35,11 @@ void pair_across_faces(const weave::Snapshot& s, std::size_t begin, std::size_t 
     next[begin + i] = static_cast<std::uint32_t>(begin + static_cast<std::size_t>(partner[i]));
 }
 
+/// From where a warp fiber should end to where it does: where it goes on, a period later.
+Vec3 mismatch_of(const weave::Snapshot& s, std::size_t f, const std::vector<std::uint32_t>& next, const Vec3& period) {
+  return s.x[nodes_of(s, f).last()] - s.x[nodes_of(s, next[f]).begin] - period;
+}
+
 /// Points evenly spread over a fiber's rest length, the last one left out, each moved by its share of -mismatch.
 CellFiber resample(const weave::Snapshot& s, const Range& range, const Vec3& mismatch, double spacing) {
   const double length = s.arc[range.last()] - s.arc[range.begin];
@@ -80,17 +85,28 @@ WovenStart cell_from_woven(const weave::Case& c, const weave::Snapshot& woven, c
     if (!woven.weft[begin]) pair_across_faces(woven, begin, end, along_x, next);
     begin = end;
   }
+  // As the cloth leads down to the breast beam, the cell leans: it is sheared upright, warps and wefts alike.
+  Vec3 lean = Vec3::Zero();
   int count = 0;
+  for (std::size_t f = 0; f < woven.fibers(); ++f) {
+    if (woven.weft[f]) continue;
+    lean += mismatch_of(woven, f, next, along_x);
+    ++count;
+  }
+  if (count > 0) lean /= count;
   for (std::size_t f = 0; f < woven.fibers(); ++f) {
     const bool weft = woven.weft[f] != 0;
     const int yarn = woven.yarn[f];
     const int type =
         weft ? layout.weft_type[static_cast<std::size_t>((yarn - warps) % c.layers)] : layout.warps[static_cast<std::size_t>(yarn)].type;
     const Range range = nodes_of(woven, f);
-    const Vec3 mismatch = woven.x[range.last()] - woven.x[nodes_of(woven, next[f]).begin] - (weft ? along_y : along_x);
+    const Vec3 mismatch = weft ? mismatch_of(woven, f, next, along_y) : Vec3(mismatch_of(woven, f, next, along_x) - lean);
     const double diameter = 2 * cell.types[static_cast<std::size_t>(type)].radius;
     CellFiber fiber = resample(woven, range, mismatch, options.element_length * diameter);
-    for (Vec3& x : fiber.x) x -= origin;
+    for (Vec3& x : fiber.x) {
+      x -= origin;
+      x -= x.x() / cell.length_x * lean;
+    }
     fiber.weft = weft;
     fiber.type = static_cast<std::uint16_t>(type);
     fiber.yarn = yarn;
@@ -103,7 +119,7 @@ WovenStart cell_from_woven(const weave::Case& c, const weave::Snapshot& woven, c
     start.mismatch.largest = std::max(start.mismatch.largest, gap);
     start.mismatch.mean += gap;
     start.mismatch.moved += next[f] != f;
-    ++count;
+    start.mismatch.lean = lean.norm() / diameter;
   }
   if (count > 0) start.mismatch.mean /= count;
   close_fibers(cell, next);

@@ -64,8 +64,8 @@ Start start_of(const RelaxOptions& options) {
     start.x = std::move(cut.x);
     start.mismatch = cut.mismatch;
     start.woven = true;
-    fmt::print("cut out of {}: warps meet across the faces within {:.3f} d (mean), {:.3f} d (largest), {} go on in another place\n",
-               file.string(), start.mismatch.mean, start.mismatch.largest, start.mismatch.moved);
+    fmt::print("cut out of {}: it leaned by {:.3f} d; warps meet across the faces within {:.3f} d (mean), {:.3f} d (largest), {} go on in another place\n",
+               file.string(), start.mismatch.lean, start.mismatch.mean, start.mismatch.largest, start.mismatch.moved);
     return start;
   }
   std::vector<std::string> overrides = options.overrides;

@@ -15,6 +15,7 @@ struct WovenOptions {
 
 /// How well the two faces of a woven cell fit, in fiber diameters.
 struct FaceMismatch {
+  double lean = 0;               ///< of the whole cell: mean over the warp fibers of the vector below, taken out first
   double mean = 0, largest = 0;  ///< distance from a warp fiber's end to the start of the fiber that it goes on in, a period later
   int moved = 0;                 ///< warp fibers that go on in another place of their yarn
 };
@@ -26,8 +27,9 @@ struct WovenStart {
 };
 
 /// A unit cell out of a woven one (weave::snapshot_of_cell): each warp fiber goes on in the fiber of its yarn that starts nearest to where
-/// it ends, the sum of squared distances over the yarn being least; what is left of the distance is spread along the fiber. Nodes are
-/// evenly spread along the rest lengths. Throws std::invalid_argument if the snapshot is of no unit cell of the case.
+/// it ends, the sum of squared distances over the yarn being least; the mean of what is left is taken out as a shear of
+/// the whole cell, which leans as the cloth leads down to the breast beam, the rest spread along each fiber. Nodes are evenly spread along
+/// the rest lengths. Throws std::invalid_argument if the snapshot is of no unit cell of the case.
 WovenStart cell_from_woven(const weave::Case& c, const weave::Snapshot& woven, const WovenOptions& options);
 
 }  // namespace relax
