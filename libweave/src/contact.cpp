@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace weave {
@@ -275,15 +276,6 @@ inline NormalSum push_samples(const Target& at, const LineContact& c, const Pair
   return sum;
 }
 
-/// Whether two contacts of one point, each followed along a bent fiber from a place of its own, have met: then the first counts alone.
-bool have_met(const Model& m, const LineContact& a, const LineContact& b) {
-  const std::uint32_t f = m.fiber_of[a.segment];
-  if (a.node != b.node || a.fraction != b.fraction || f != m.fiber_of[b.segment]) return false;
-  if (!m.periodic[f] && a.image != b.image) return false;
-  const std::int64_t bars = static_cast<std::int64_t>(a.segment) - b.segment + static_cast<std::int64_t>(a.image - b.image) * m.own_nodes(f);
-  return std::abs(bars) <= 1;
-}
-
 /// `before`: the contact evaluated before this one, or none.
 void line_contact(const Target& at, LineContact& c, const LineContact* before, std::span<Reaction, 2> reaction, ContactSums& sums) {
   const Model& m = at.model;
@@ -295,7 +287,8 @@ void line_contact(const Target& at, LineContact& c, const LineContact* before, s
   // Half of the pair's length; the other half comes from the other fiber's points, but for a reed bar, which has none.
   const bool on_reed = m.role[other] == Role::reed;
   const double weight = (on_reed ? 1 : 0.5) * (one_yarn ? m.tributary[p] : m.point_length[at.fiber]);
-  if (before != nullptr && have_met(m, *before, c)) return release(c.spring, sums.slip_loss);
+  // Two contacts of one point, each followed along a bent fiber from a place of its own, have met: then the first counts alone.
+  if (before != nullptr && bars_apart(m, *before, c) <= 1) return release(c.spring, sums.slip_loss);
   if (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.segment, c.image)) return release(c.spring, sums.slip_loss);
   const double distance = std::sqrt(q.distance2);
   const double gap = distance - touch_reach(m, at.fiber, other);
@@ -416,6 +409,14 @@ void add_reaction(const Reaction& r, const Vec3& tangent, std::span<Vec3> force,
 
 void let_sleep(const FiberGeometry& g, double gap, LineContact& c) {
   if (c.spring.stiffness <= 0) c.asleep_until = g.travel[c.node] + g.travel[c.segment] + gap;
+}
+
+std::int64_t bars_apart(const Model& m, const LineContact& a, const LineContact& b) {
+  const std::uint32_t f = m.fiber_of[a.segment];
+  constexpr auto none = std::numeric_limits<std::int64_t>::max();
+  if (a.node != b.node || a.fraction != b.fraction || f != m.fiber_of[b.segment]) return none;
+  if (!m.periodic[f] && a.image != b.image) return none;
+  return std::abs(static_cast<std::int64_t>(a.segment) - b.segment + static_cast<std::int64_t>(a.image - b.image) * m.own_nodes(f));
 }
 
 bool meets_at_nodes(const Model& m, std::uint32_t fiber_a, std::uint32_t fiber_b) {

@@ -10,7 +10,7 @@ namespace {
 /// Cell size over the distance that is searched: smaller cells follow the searched ball more closely.
 constexpr double cell_share = 0.35;
 /// A contact found anew goes on with the friction of an old one of the same point and fiber if their touched bars are not farther apart.
-constexpr int old_place_limit = 2;
+constexpr std::int64_t old_place_limit = 2;
 
 struct Candidate {
   std::uint32_t fiber;
@@ -19,23 +19,6 @@ struct Candidate {
   std::uint32_t segment;
   std::int32_t image;
 };
-
-int wrapped_difference(std::int64_t a, std::int64_t b, std::int64_t period) {
-  std::int64_t d = std::abs(a - b);
-  if (period > 0) d = std::min(d % period, period - d % period);
-  return static_cast<int>(std::min<std::int64_t>(d, 1000));
-}
-
-std::int64_t chain_period(const Model& m, std::uint32_t fiber) { return m.periodic[fiber] ? m.own_nodes(fiber) : 0; }
-
-/// Bars between the touched bars of two contacts of one point with one fiber; a large number if they are not that.
-int bars_between(const Model& m, const LineContact& a, const LineContact& b) {
-  const std::uint32_t f = m.fiber_of[a.segment];
-  constexpr int other = 1000;
-  if (a.node != b.node || a.fraction != b.fraction || f != m.fiber_of[b.segment]) return other;
-  if (!m.periodic[f] && a.image != b.image) return other;
-  return wrapped_difference(a.segment, b.segment, chain_period(m, f));
-}
 
 double distance2_to_bar(const FiberGeometry& g, const Vec3& point, std::uint32_t s) {
   Vec3 r = point - g.x[s];
@@ -127,10 +110,10 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
     if (!m.node_contact) let_sleep(g, std::sqrt(distance2) - touch_reach(m, fiber, m.fiber_of[contact.segment]), contact);
     auto o = std::lower_bound(old_begin, old_end, contact.node, [](const LineContact& c, std::uint32_t node) { return c.node < node; });
     auto same = old_end;
-    int apart = old_place_limit + 1;
+    std::int64_t apart = old_place_limit + 1;
     for (; o != old_end && o->node == contact.node; ++o) {
       if (o->spring.stiffness <= 0 || taken[static_cast<std::size_t>(o - old_begin)]) continue;
-      const int bars = bars_between(m, *o, contact);
+      const std::int64_t bars = bars_apart(m, *o, contact);
       if (bars >= apart) continue;
       apart = bars;
       same = o;

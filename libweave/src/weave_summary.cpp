@@ -35,7 +35,7 @@ std::string summary_json(const Case& c, const WeaveResult& r) {
   j["fibers"] = s.fibers;
   j["nodes"] = s.nodes;
   j["nodes_max"] = s.nodes_max;
-  j["contacts_listed_max"] = s.contacts_max;
+  j["contacts_near_max"] = s.contacts_max;
   j["steps"] = s.steps;
   j["dt_s"] = s.dt_mean;
   j["dt_min_s"] = s.dt_min;
@@ -43,7 +43,7 @@ std::string summary_json(const Case& c, const WeaveResult& r) {
   j["wall_s"] = s.wall;
   j["stage_wall_s"] = {{"search", t.search}, {"contact", t.contact}, {"bars_and_motion", t.integrate}, {"loom", s.wall_loom}, {"output", s.wall_output}};
   j["ns_per_node_step"] = s.contact_node_steps > 0 ? 1e9 * s.wall / s.contact_node_steps : 0;
-  j["ns_per_listed_contact"] = s.contact_steps > 0 ? 1e9 * t.contact / s.contact_steps : 0;
+  j["ns_per_near_contact"] = s.contact_steps > 0 ? 1e9 * t.contact / s.contact_steps : 0;
   j["peak_memory_bytes"] = peak_memory_bytes();
   j["reed_load_max_N"] = s.reed_load_max;
   j["reed_load_per_beat_N"] = r.history.reed_load_per_beat_N;

@@ -105,6 +105,8 @@ bool meets_at_nodes(const Model& model, std::uint32_t fiber_a, std::uint32_t fib
 /// Distance of a point of `fiber` from the axis of `other` within which the fibers may touch: the point's samples lie to both sides of it [m].
 double touch_reach(const Model& model, std::uint32_t fiber, std::uint32_t other);
 Vec3 contact_point(const FiberGeometry& geometry, const LineContact& contact);
+/// Bars along the touched fiber between two contacts of one point; the largest number if they are not of one point and fiber.
+std::int64_t bars_apart(const Model& model, const LineContact& a, const LineContact& b);
 
 /// Lets a contact sleep for as long as its fibers, apart by `gap` [m], need to come near a touch. It then costs next to nothing and the
 /// result does not change, as only a contact that is near counts.

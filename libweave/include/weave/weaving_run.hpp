@@ -43,9 +43,9 @@ struct WeaveSummary {
   double wall = 0;                                   ///< [s]
   StageTimes stages;
   double wall_loom = 0, wall_output = 0;             ///< loom motion and edits; results and checkpoints [s]
-  std::size_t contacts_max = 0;                      ///< listed
+  std::size_t contacts_max = 0;                      ///< near enough to be evaluated, at the end of a pick
   double contact_node_steps = 0;                     ///< sum of nodes over the steps
-  double contact_steps = 0;                          ///< sum of listed contacts over the steps
+  double contact_steps = 0;                          ///< sum of those contacts over the steps
   int picks = 0;
   double reed_load_max = 0, warp_tension_mean = 0;   ///< [N]
   CellMeasures cell;                                 ///< of the last unit cell
