@@ -15,6 +15,9 @@ build_packages=(
   libcairo2-dev
   libsuitesparse-dev
   libopenblas0-pthread
+  libcgal-dev
+  libgmp-dev
+  libmpfr-dev
 )
 
 test_packages=(

@@ -3,6 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <exception>
 
+#include "envelope_command.hpp"
+#include "heddle/surface_files.hpp"
 #include "relax_command.hpp"
 #include "view.hpp"
 #include "weave/case.hpp"
@@ -35,7 +37,8 @@ int main(int argc, char** argv) {
       ->required();
   relax_app->add_option("-o,--output", relax.output, "results folder (default results/NAME_relaxed)");
   relax_app->add_option("--set", relax.overrides, "change a value of the case: key.path=value")->type_name("KEY=VALUE");
-  relax_app->add_option("--fibers", relax.fibers, "digital fibers a yarn, e.g. 37, 61, 127, refined from those of the start")->check(CLI::Range(1, 1000));
+  relax_app->add_option("--fibers", relax.fibers, "digital fibers a yarn, e.g. 37, 61, 127, refined from those of the start")
+      ->check(CLI::Range(1, 1000));
   relax_app->add_option("--start-fibers", relax.start_fibers, "digital fibers a yarn of a start from topology (default as in the case)")
       ->check(CLI::Range(1, 1000));
   relax_app->add_option("--warp-tension", relax.warp_tension, "per yarn [N] (default: woven rest lengths; from topology the loom's)")
@@ -47,6 +50,21 @@ int main(int argc, char** argv) {
   relax_app->add_option("--iterations", relax.iterations, "of Newton's method, at most")->check(CLI::Range(0, 100000));
   relax_app->add_option("--first-order", relax.first_order, "steps of the first-order phases, at most")->check(CLI::Range(0, 1000000));
   relax_app->add_flag("-q,--quiet", relax.quiet, "no progress");
+
+  heddle::EnvelopeCommandOptions envelope;
+  CLI::App* envelope_app = app.add_subcommand("envelope", "Make closed surfaces of the yarns of a unit cell");
+  envelope_app->add_option("result", envelope.input, "results folder or .vtkhdf file of a relaxed or a woven cell")->required();
+  envelope_app->add_option("-o,--output", envelope.output, "folder (default RESULT/envelope)");
+  envelope_app->add_option("--edge-length", envelope.edge_length, "around a section, in fiber diameters, or with a unit: \"5 um\"")
+      ->capture_default_str();
+  envelope_app->add_option("--ring-distance", envelope.ring_distance, "along a yarn [fiber diameters]")->capture_default_str();
+  envelope_app->add_option("--ball-radius", envelope.ball_radius, "of the ball rolled around a section [fiber diameters]")
+      ->capture_default_str();
+  envelope_app->add_option("--gap", envelope.gap, "least distance between yarns [fiber diameters]")->capture_default_str();
+  envelope_app->add_option("--formats", envelope.formats, "of the surfaces: stl, obj, ply, off, vtp")
+      ->delimiter(',')
+      ->check(CLI::IsMember(heddle::surface_formats))
+      ->capture_default_str();
 
   heddle::ViewOptions view;
   CLI::App* view_app = app.add_subcommand("view", "Draw pictures of a result");
@@ -63,6 +81,7 @@ int main(int argc, char** argv) {
     if (*check_app) return heddle::check_command(check);
     if (*weave_app) return heddle::weave_command(weave_options);
     if (*relax_app) return heddle::relax_command(relax);
+    if (*envelope_app) return heddle::envelope_command(envelope);
     if (view.output.empty()) {
       view.output = (std::filesystem::is_directory(view.results) ? view.results : view.results.parent_path()) / "pictures";
     }

@@ -1,0 +1,242 @@
+#include "relax/envelope.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "box_grid.hpp"
+#include "cap.hpp"
+#include "closest.hpp"
+#include "rings.hpp"
+#include "separate.hpp"
+#include "surface_check.hpp"
+#include "triangle_crossings.hpp"
+#include "yarn_fibers.hpp"
+#include "yarn_side.hpp"
+
+namespace relax {
+namespace {
+
+class Clock {
+ public:
+  /// Time since the last call or the start [s].
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double passed = std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+    return passed;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+void check(const EnvelopeOptions& o) {
+  const auto expect = [](const char* name, double value, double low, double high) {
+    if (!(value >= low) || !(value <= high))
+      throw std::invalid_argument(fmt::format("{} = {}: must be {} to {} fiber diameters", name, value, low, high));
+  };
+  expect("edge length", o.edge_length, 0.02, 10);
+  expect("ring distance", o.ring_distance, 0.05, 20);
+  expect("ball radius", o.ball_radius, 0.1, 1000);
+  expect("gap", o.gap, 1e-4, 0.5);
+  if (!(o.edge_length_m >= 0) || !std::isfinite(o.edge_length_m))
+    throw std::invalid_argument(fmt::format("edge length = {} m: must be > 0", o.edge_length_m));
+}
+
+/// Triangles between the points of the first ring that close it, turned toward the yarn's end.
+std::vector<std::array<std::uint32_t, 3>> cap_of(const YarnSide& side) {
+  std::vector<Vec2> polygon;
+  for (std::size_t j = 0; j < side.points; ++j) {
+    const Vec3& x = side.x[j];
+    polygon.push_back(side.weft ? Vec2(-x.x(), x.z()) : Vec2(x.y(), x.z()));
+  }
+  return triangulate_polygon(polygon);
+}
+
+SurfaceMesh close_side(const YarnSide& side, const std::vector<std::array<std::uint32_t, 3>>& cap) {
+  SurfaceMesh surface{side.all(), side.triangles};
+  for (const auto& t : cap) surface.triangles.push_back({t[0], t[2], t[1]});
+  const auto on_last = [&](std::uint32_t j) {
+    return static_cast<std::uint32_t>(side.x.size() + (j + side.points - side.turn) % side.points);
+  };
+  for (const auto& t : cap) surface.triangles.push_back({on_last(t[0]), on_last(t[1]), on_last(t[2])});
+  return surface;
+}
+
+YarnSection measure_section(const YarnSide& side, const Station& station, std::size_t ring, double solid) {
+  std::vector<Vec2> polygon;
+  for (std::size_t j = 0; j < side.points; ++j) polygon.push_back(station.plane(side.x[ring * side.points + j]));
+  const PolygonMoments m = moments_of(polygon);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(m.second);
+  Vec2 along = axes.eigenvectors().col(1);
+  if (along.x() < 0) along = -along;
+  const Vec2 across(-along.y(), along.x());
+  YarnSection s;
+  s.arc = station.arc;
+  s.centroid = station.point(m.centroid);
+  s.normal = station.normal;
+  s.lateral = station.u;
+  s.rotation = std::atan2(along.y(), along.x());
+  s.area = m.area;
+  s.fiber_volume_fraction = solid / m.area;
+  Eigen::AlignedBox2d extent;
+  for (const Vec2& p : polygon) extent.extend(Vec2(along.dot(p), across.dot(p)));
+  s.width = extent.sizes().x();
+  s.height = extent.sizes().y();
+  return s;
+}
+
+/// Distances of the points where the ball touches the fibers from the surface, in planes halfway between rings as on them.
+struct TouchDistance {
+  double sum = 0, largest = 0, protrusion = 0;  ///< in fiber radii
+  std::size_t count = 0;
+};
+
+TouchDistance measure_touch(const YarnFibers& yarn, const Rings& rings, const SurfaceMesh& surface, std::size_t side_triangles,
+                            double ball) {
+  const double radius = yarn.radius.front();
+  std::vector<Box> boxes;
+  for (std::size_t t = 0; t < side_triangles; ++t) {
+    boxes.emplace_back(surface.points[surface.triangles[t][0]]);
+    boxes.back().extend(surface.points[surface.triangles[t][1]]).extend(surface.points[surface.triangles[t][2]]);
+  }
+  const BoxGrid grid(std::move(boxes), 2 * radius);
+  std::vector<std::uint32_t> found;
+  TouchDistance result;
+  const auto take = [&](const Vec3& x) {
+    for (double reach = 0.25 * radius;; reach *= 2) {
+      grid.find(Box(Vec3(x - Vec3::Constant(reach)), Vec3(x + Vec3::Constant(reach))), found);
+      double least = INFINITY, height = 0;
+      for (const std::uint32_t f : found) {
+        const auto& t = surface.triangles[f];
+        const Vec3 &a = surface.points[t[0]], &b = surface.points[t[1]], &c = surface.points[t[2]];
+        const Vec3 away = x - closest_on_triangle(x, a, b, c).x;
+        const double distance = away.norm();
+        // Of triangles equally near, the one that faces the point most tells the side.
+        const double facing = (b - a).cross(c - a).normalized().dot(away);
+        if (distance > least + 1e-9 * radius || (distance > least - 1e-9 * radius && std::abs(facing) <= std::abs(height))) continue;
+        least = distance;
+        height = facing;
+      }
+      if (least > reach) continue;
+      result.sum += least / radius;
+      result.largest = std::max(result.largest, least / radius);
+      if (height > 0) result.protrusion = std::max(result.protrusion, least / radius);
+      ++result.count;
+      return;
+    }
+  };
+  constexpr double step = 0.25;  // along an arc, in radii
+  const auto look = [&](const Station& station, const Outline& outline) {
+    for (std::size_t a = 0; a < outline.arcs.size(); ++a) {
+      const OutlineArc& arc = outline.arcs[a];
+      if (arc.sweep <= 0) continue;
+      const int pieces = std::max(1, static_cast<int>(std::ceil(arc.length() / (step * radius))));
+      for (int i = 0; i < pieces; ++i) take(station.point(arc.at((i + 0.5) / pieces)));
+    }
+  };
+  for (std::size_t k = 0; k < rings.rings(); ++k) {
+    look(rings.stations[k], rings.outlines[k]);
+    Station after = rings.stations[(k + 1) % rings.rings()];
+    if (k + 1 == rings.rings()) {
+      after.origin += yarn.period;
+      after.share += 1;
+    }
+    Station middle = rings.stations[k];
+    middle.share = 0.5 * (middle.share + after.share);
+    middle.origin = yarn.center(middle.share);
+    middle.normal = (middle.normal + after.normal).normalized();
+    middle.u = (middle.u + after.u - (middle.u + after.u).dot(middle.normal) * middle.normal).normalized();
+    middle.v = middle.normal.cross(middle.u);
+    look(middle, outline_at(yarn, middle, ball));
+  }
+  return result;
+}
+
+}  // namespace
+
+Envelopes make_envelopes(const weave::Snapshot& cell, const EnvelopeOptions& options) {
+  check(options);
+  Clock clock;
+  Envelopes result;
+  const PeriodicYarns periodic = periodic_yarns(cell);
+  result.lean = periodic.lean;
+  result.face_mismatch = periodic.mismatch;
+  std::vector<Rings> rings;
+  std::vector<YarnSide> sides;
+  for (const YarnFibers& yarn : periodic.yarns) {
+    rings.push_back(ring_yarn(yarn, options));
+    sides.push_back(join_rings(yarn, rings.back()));
+  }
+  result.wall.sections = clock.lap();
+
+  std::vector<YarnSide> before = sides;
+  double diameter = INFINITY;
+  for (const YarnSide& side : sides) diameter = std::min(diameter, side.diameter);
+  const Lattice lattice{cell.x_min, cell.x_max - cell.x_min, cell.cell_width};
+  result.report.gap_min = separate_yarns(sides, lattice, options.gap * diameter);
+  result.wall.separation = clock.lap();
+
+  for (std::size_t y = 0; y < sides.size(); ++y) {
+    const YarnFibers& yarn = periodic.yarns[y];
+    const YarnSide& side = sides[y];
+    const std::vector<std::array<std::uint32_t, 3>> cap = cap_of(side);
+    YarnEnvelope e;
+    e.yarn = yarn.yarn;
+    e.weft = yarn.weft;
+    e.surface = close_side(side, cap);
+    e.ring_points = static_cast<std::uint32_t>(side.points);
+    e.rings = static_cast<std::uint32_t>(side.rings + 1);
+    e.side_triangles = static_cast<std::uint32_t>(side.triangles.size());
+    e.period = yarn.period;
+    e.ball_radius = rings[y].ball_radius;
+    double length = 0;
+    for (std::size_t f = 0; f < yarn.size(); ++f) {
+      e.fiber_volume += yarn.length[f] * yarn.area[f];
+      length += yarn.length[f];
+    }
+    // What the fibers of a section share with one another they share along the yarn.
+    double shared = 0;
+    for (std::size_t k = 0; k < side.rings; ++k) shared += rings[y].space[k] / rings[y].solid[k] / static_cast<double>(side.rings);
+    e.fiber_space = shared * e.fiber_volume;
+    e.volume = volume_of(e.surface);
+    e.volume_moved = volume_of({before[y].all(), e.surface.triangles}) - e.volume;
+    for (std::size_t k = 0; k < side.rings; ++k) e.sections.push_back(measure_section(side, rings[y].stations[k], k, rings[y].solid[k]));
+    e.sections.push_back(e.sections.front());
+    e.sections.back().centroid += yarn.period;
+    result.yarns.push_back(std::move(e));
+  }
+  result.wall.caps = clock.lap();
+
+  for (const YarnEnvelope& e : result.yarns) {
+    const SurfaceState state = check_surface(e.surface);
+    result.report.closed = result.report.closed && state.closed;
+    result.report.self_intersections += state.self_intersections;
+  }
+  const std::vector<TriangleCrossing> crossings = find_crossings(result.yarns, lattice);
+  result.report.mutual_intersections = crossings.size();
+  result.wall.check = clock.lap();
+
+  TouchDistance touch;
+  for (std::size_t y = 0; y < sides.size(); ++y) {
+    const TouchDistance t = measure_touch(periodic.yarns[y], rings[y], result.yarns[y].surface, result.yarns[y].side_triangles,
+                                          options.ball_radius * sides[y].diameter);
+    touch.sum += t.sum;
+    touch.count += t.count;
+    touch.largest = std::max(touch.largest, t.largest);
+    touch.protrusion = std::max(touch.protrusion, t.protrusion);
+  }
+  result.report.distance_mean = touch.sum / static_cast<double>(touch.count);
+  result.report.distance_max = touch.largest;
+  result.report.protrusion_max = touch.protrusion;
+  result.wall.distance = clock.lap();
+  return result;
+}
+
+}  // namespace relax

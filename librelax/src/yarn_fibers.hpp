@@ -1,0 +1,51 @@
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "weave/snapshot.hpp"
+#include "weave/vec.hpp"
+
+namespace relax {
+
+using weave::Vec3;
+
+/// The fibers of one yarn over one period, each from the first face to the last, going on in another fiber of the yarn.
+struct YarnFibers {
+  int yarn = 0;
+  bool weft = false;
+  Vec3 period = Vec3::Zero();               ///< along x or y [m]
+  double first_face = 0, last_face = 0;     ///< coordinates of the faces that it runs through [m]
+  std::vector<std::vector<Vec3>> points;    ///< (fibers x points) [m]
+  std::vector<std::vector<double>> share;   ///< of the fiber's length up to a point, 0 ... 1
+  std::vector<double> length;               ///< [m]
+  std::vector<std::size_t> next, previous;  ///< fiber that goes on where this one ends, and its inverse
+  std::vector<double> radius, area;         ///< [m], [m^2]
+
+  [[nodiscard]] std::size_t size() const { return points.size(); }
+  [[nodiscard]] int axis() const { return weft ? 1 : 0; }
+  /// Point of a fiber at a share of its length, which may reach into the periods before and after.
+  [[nodiscard]] Vec3 at(std::size_t fiber, double share_wanted) const;
+  /// Mean over the fibers [m].
+  [[nodiscard]] Vec3 center(double share_wanted) const;
+
+  /// Where a fiber passes a plane.
+  struct Crossing {
+    Vec3 x;          ///< [m]
+    Vec3 direction;  ///< unit vector along the fiber
+    bool found = false;
+  };
+  /// The crossing with the plane through `origin` nearest along the fiber to a share of its length, within half a period.
+  [[nodiscard]] Crossing crossing(std::size_t fiber, double near_share, const Vec3& origin, const Vec3& normal) const;
+};
+
+struct PeriodicYarns {
+  std::vector<YarnFibers> yarns;  ///< warps by rising number, then wefts
+  double lean = 0;                ///< of the cell, in fiber diameters
+  double mismatch = 0;            ///< largest that was spread along a fiber, in fiber diameters
+};
+
+/// The yarns of a unit cell whose faces are x = x_min, x = x_max, y = 0 and y = cell_width. Throws std::invalid_argument naming what is
+/// wrong if it is no unit cell.
+PeriodicYarns periodic_yarns(const weave::Snapshot& cell);
+
+}  // namespace relax

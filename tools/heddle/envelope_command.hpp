@@ -1,0 +1,22 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace heddle {
+
+struct EnvelopeCommandOptions {
+  std::filesystem::path input;       ///< results folder with relax.vtkhdf or cell.vtkhdf, or such a file
+  std::filesystem::path output;      ///< default INPUT/envelope
+  std::string edge_length = "0.25";  ///< in fiber diameters, or with a unit of length
+  double ring_distance = 1;          ///< [fiber diameters]
+  double ball_radius = 2;            ///< [fiber diameters]
+  double gap = 0.05;                 ///< [fiber diameters]
+  std::vector<std::string> formats = {"vtp", "stl"};
+};
+
+/// Makes the surfaces of a unit cell's yarns; writes them one by one and together, their sections as CSV and HDF5, pictures, and
+/// summary.json. Returns the exit status: 0 closed and disjoint surfaces, 1 not so.
+int envelope_command(const EnvelopeCommandOptions& options);
+
+}  // namespace heddle
