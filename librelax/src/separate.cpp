@@ -84,9 +84,12 @@ class Separation {
       const auto high = [&](int axis, double period) {
         return static_cast<int>(std::floor((cell.max()[axis] - whole.min()[axis]) / period));
       };
-      for (int i = low(0, lattice_.length_x); i <= high(0, lattice_.length_x); ++i)
-        for (int j = low(1, lattice_.length_y); j <= high(1, lattice_.length_y); ++j) {
-          const Image image{s, i, j};
+      // Images along the yarn's own period follow one another: together they are one endless yarn.
+      const int along = sides_[s].axis(), beside = 1 - along;
+      const std::array<double, 2> lengths = {lattice_.length_x, lattice_.length_y};
+      for (int l = low(beside, lengths[beside]); l <= high(beside, lengths[beside]); ++l)
+        for (int k = low(along, lengths[along]); k <= high(along, lengths[along]); ++k) {
+          const Image image = along == 0 ? Image{s, k, l} : Image{s, l, k};
           const Vec3 by = shift(image);
           for (std::uint32_t p = 0; p < piece_boxes[s].size(); ++p) {
             const Box box(piece_boxes[s][p].min() + by, piece_boxes[s][p].max() + by);
@@ -170,31 +173,33 @@ class Separation {
 
   [[nodiscard]] Nearest nearest(const Vec3& x, const Neighbors& near, std::size_t item,
                                 const std::vector<std::vector<Vec3>>& normals) const {
-    // Per image of a yarn the nearest of its triangles; of those the one that the point is deepest in.
+    // Of each endless yarn the nearest triangle; of those the one that the point is deepest under.
     Nearest deepest;
     for (std::uint32_t n = near.first[item]; n < near.first[item + 1];) {
-      const Image image = near.pieces[n].image;
-      const YarnSide& other = sides_[image.side];
-      const Vec3 here = x - shift(image);
+      const Image first = near.pieces[n].image;
+      const YarnSide& other = sides_[first.side];
       double least = INFINITY;
+      Vec3 away = Vec3::Zero();
       PointOnTriangle at{Vec3::Zero(), {}};
       const std::array<std::uint32_t, 3>* triangle = nullptr;
-      for (; n < near.first[item + 1] && near.pieces[n].image.side == image.side && near.pieces[n].image.i == image.i &&
-             near.pieces[n].image.j == image.j;
-           ++n) {
-        const auto& t = other.triangles[near.pieces[n].index];
+      for (; n < near.first[item + 1]; ++n) {
+        const Piece& piece = near.pieces[n];
+        if (piece.image.side != first.side || (other.weft ? piece.image.i != first.i : piece.image.j != first.j)) break;
+        const Vec3 here = x - shift(piece.image);
+        const auto& t = other.triangles[piece.index];
         const PointOnTriangle c = closest_on_triangle(here, other.at(t[0]), other.at(t[1]), other.at(t[2]));
         const double distance = (here - c.x).squaredNorm();
         if (distance >= least) continue;
         least = distance;
+        away = here - c.x;
         at = c;
         triangle = &t;
       }
-      const std::vector<Vec3>& of = normals[image.side];
+      const std::vector<Vec3>& of = normals[first.side];
       const Vec3 normal = (at.share[0] * of[other.own((*triangle)[0])] + at.share[1] * of[other.own((*triangle)[1])] +
                            at.share[2] * of[other.own((*triangle)[2])])
                               .normalized();
-      const double height = std::copysign(std::sqrt(least), normal.dot(here - at.x));
+      const double height = std::copysign(std::sqrt(least), normal.dot(away));
       if (height < deepest.height) deepest = {height, normal};
     }
     return deepest;
