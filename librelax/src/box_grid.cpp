@@ -28,26 +28,31 @@ BoxGrid::BoxGrid(std::vector<Box> boxes, double cube) : boxes_(std::move(boxes))
   each_cube([&](std::size_t c, std::uint32_t b) { entries_[next[c]++] = b; });
 }
 
+Eigen::Array3i BoxGrid::cube_of(const Eigen::Vector3d& x) const {
+  const Eigen::Array3d place = ((x - bounds_.min()).array() / cube_).floor();
+  return place.max(0.0).min(size_.cast<double>() - 1).cast<int>();
+}
+
 BoxGrid::Range BoxGrid::cubes_of(const Box& box) const {
-  const auto cube = [&](const Eigen::Vector3d& corner) {
-    const Eigen::Array3d place = ((corner - bounds_.min()).array() / cube_).floor();
-    return Eigen::Array3i(place.max(0.0).min(size_.cast<double>() - 1).cast<int>());
-  };
-  return {cube(box.min()), cube(box.max())};
+  return {cube_of(box.min()), cube_of(box.max())};
 }
 
 void BoxGrid::find(const Box& box, std::vector<std::uint32_t>& found) const {
   found.clear();
+  if (!box.intersects(bounds_)) return;
   const Range r = cubes_of(box);
   for (int k = r.low.z(); k <= r.high.z(); ++k)
     for (int j = r.low.y(); j <= r.high.y(); ++j)
       for (int i = r.low.x(); i <= r.high.x(); ++i) {
         const std::size_t c = index(i, j, k);
-        for (std::uint32_t e = first_[c]; e < first_[c + 1]; ++e)
-          if (boxes_[entries_[e]].intersects(box)) found.push_back(entries_[e]);
+        for (std::uint32_t e = first_[c]; e < first_[c + 1]; ++e) {
+          const Box& other = boxes_[entries_[e]];
+          if (!other.intersects(box)) continue;
+          // Of the cubes that both boxes reach into, the one with the lowest corner of what they share.
+          const Eigen::Array3i lowest = cube_of(box.min().cwiseMax(other.min()));
+          if (lowest.x() == i && lowest.y() == j && lowest.z() == k) found.push_back(entries_[e]);
+        }
       }
-  std::sort(found.begin(), found.end());
-  found.erase(std::unique(found.begin(), found.end()), found.end());
 }
 
 }  // namespace relax

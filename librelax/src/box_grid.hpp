@@ -13,13 +13,14 @@ class BoxGrid {
   /// `cube`: edge of the cubes [m]; made larger where there would be more cubes than are worth it.
   BoxGrid(std::vector<Box> boxes, double cube);
 
-  /// Indices of the boxes that overlap `box`, rising.
+  /// Indices of the boxes that overlap `box`, each once.
   void find(const Box& box, std::vector<std::uint32_t>& found) const;
 
  private:
   struct Range {
     Eigen::Array3i low, high;
   };
+  [[nodiscard]] Eigen::Array3i cube_of(const Eigen::Vector3d& x) const;
   [[nodiscard]] Range cubes_of(const Box& box) const;
   [[nodiscard]] std::size_t index(int i, int j, int k) const { return (static_cast<std::size_t>(k) * size_.y() + j) * size_.x() + i; }
 

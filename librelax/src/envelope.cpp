@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numbers>
+#include <optional>
 #include <stdexcept>
 
 #include "box_grid.hpp"
@@ -42,7 +42,7 @@ void check(const EnvelopeOptions& o) {
       throw std::invalid_argument(fmt::format("{} = {}: must be {} to {} fiber diameters", name, value, low, high));
   };
   expect("edge length", o.edge_length, 0.02, 10);
-  expect("ring distance", o.ring_distance, 0.05, 20);
+  if (o.ring_distance != 0) expect("ring distance", o.ring_distance, 0.05, 20);
   expect("ball radius", o.ball_radius, 0.1, 1000);
   expect("gap", o.gap, 1e-4, 0.5);
   if (!(o.edge_length_m >= 0) || !std::isfinite(o.edge_length_m))
@@ -67,6 +67,16 @@ SurfaceMesh close_side(const YarnSide& side, const std::vector<std::array<std::u
   };
   for (const auto& t : cap) surface.triangles.push_back({on_last(t[0]), on_last(t[1]), on_last(t[2])});
   return surface;
+}
+
+std::string describe(const Intrusion& intrusion, const std::vector<YarnSide>& sides) {
+  const YarnSide &a = sides[intrusion.side_a], &b = sides[intrusion.side_b];
+  return fmt::format(
+      "{} {} and {} {}{} are intermixed: one lies within the other by {:.2f} fiber diameters at ({:.4g}, {:.4g}, {:.4g}) mm, so that there "
+      "are no "
+      "disjoint surfaces that hold their fibers",
+      a.weft ? "weft" : "warp", a.yarn, b.weft ? "weft" : "warp", b.yarn, intrusion.side_a == intrusion.side_b ? " beside it" : "",
+      intrusion.depth / a.diameter, 1e3 * intrusion.x.x(), 1e3 * intrusion.x.y(), 1e3 * intrusion.x.z());
 }
 
 YarnSection measure_section(const YarnSide& side, const Station& station, std::size_t ring, double solid) {
@@ -179,8 +189,14 @@ Envelopes make_envelopes(const weave::Snapshot& cell, const EnvelopeOptions& opt
   std::vector<YarnSide> before = sides;
   double diameter = INFINITY;
   for (const YarnSide& side : sides) diameter = std::min(diameter, side.diameter);
-  const Lattice lattice{cell.x_min, cell.x_max - cell.x_min, cell.cell_width};
-  result.report.gap_min = separate_yarns(sides, lattice, options.gap * diameter);
+  const Lattice lattice{cell.x_max - cell.x_min, cell.cell_width};
+  constexpr double intrusion_max = 0.5;  // of a fiber's surface, in diameters: its axis would lie within the other yarn's surface
+  if (const std::optional<Intrusion> deepest = deepest_intrusion(periodic.yarns, sides, lattice)) {
+    result.intrusion = deepest->depth / diameter;
+    if (result.intrusion > intrusion_max) throw std::runtime_error(describe(*deepest, sides));
+  }
+  if (const std::optional<Intrusion> left = separate_yarns(sides, lattice, options.gap * diameter))
+    throw std::runtime_error(describe(*left, sides));
   result.wall.separation = clock.lap();
 
   for (std::size_t y = 0; y < sides.size(); ++y) {
@@ -196,11 +212,7 @@ Envelopes make_envelopes(const weave::Snapshot& cell, const EnvelopeOptions& opt
     e.side_triangles = static_cast<std::uint32_t>(side.triangles.size());
     e.period = yarn.period;
     e.ball_radius = rings[y].ball_radius;
-    double length = 0;
-    for (std::size_t f = 0; f < yarn.size(); ++f) {
-      e.fiber_volume += yarn.length[f] * yarn.area[f];
-      length += yarn.length[f];
-    }
+    for (std::size_t f = 0; f < yarn.size(); ++f) e.fiber_volume += yarn.length[f] * yarn.area[f];
     // What the fibers of a section share with one another they share along the yarn.
     double shared = 0;
     for (std::size_t k = 0; k < side.rings; ++k) shared += rings[y].space[k] / rings[y].solid[k] / static_cast<double>(side.rings);
@@ -210,6 +222,7 @@ Envelopes make_envelopes(const weave::Snapshot& cell, const EnvelopeOptions& opt
     for (std::size_t k = 0; k < side.rings; ++k) e.sections.push_back(measure_section(side, rings[y].stations[k], k, rings[y].solid[k]));
     e.sections.push_back(e.sections.front());
     e.sections.back().centroid += yarn.period;
+    e.sections.back().arc = rings[y].length;
     result.yarns.push_back(std::move(e));
   }
   result.wall.caps = clock.lap();
@@ -221,6 +234,7 @@ Envelopes make_envelopes(const weave::Snapshot& cell, const EnvelopeOptions& opt
   }
   const std::vector<TriangleCrossing> crossings = find_crossings(result.yarns, lattice);
   result.report.mutual_intersections = crossings.size();
+  result.report.gap_min = crossings.empty() ? least_distance(sides, lattice, 2 * options.gap * diameter) : 0;
   result.wall.check = clock.lap();
 
   TouchDistance touch;

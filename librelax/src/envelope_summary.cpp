@@ -53,6 +53,7 @@ std::string envelope_summary_json(const weave::Snapshot& cell, const EnvelopeOpt
   j["fiber_volume_fraction_in_yarns"] = solid / volume;
   j["thickness_m"] = measures.thickness;
   j["lean"] = envelopes.lean;
+  j["intrusion"] = envelopes.intrusion;
   j["face_mismatch_largest"] = envelopes.face_mismatch;
   j["edge_length"] = options.edge_length;
   j["edge_length_m"] = options.edge_length_m;

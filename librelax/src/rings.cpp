@@ -73,9 +73,9 @@ std::vector<Vec3> moved(std::vector<Vec3> points, const Vec3& shift) {
 
 /// Planes along the yarn: normal to its path, turned parallel to the faces near these, and smoothed where neighbors would cross within the
 /// yarn.
-std::vector<Station> place_stations(const YarnFibers& yarn, double spacing, std::vector<FiberSection>& sections) {
+std::vector<Station> place_stations(const YarnFibers& yarn, double spacing, double& length, std::vector<FiberSection>& sections) {
   const CenterPath path = center_path(yarn, spacing);
-  const double length = path.arc.back();
+  length = path.arc.back();
   const auto count = static_cast<std::size_t>(std::max(4L, std::lround(length / spacing)));
   const Vec3 along = yarn.period.normalized();
   double height = 0;  // of the fibers above and below the path, near enough
@@ -220,7 +220,7 @@ Rings ring_yarn(const YarnFibers& yarn, const EnvelopeOptions& options) {
   const double edge = options.edge_length_m > 0 ? options.edge_length_m : options.edge_length * diameter;
   Rings rings;
   std::vector<FiberSection> sections;
-  rings.stations = place_stations(yarn, options.ring_distance * diameter, sections);
+  rings.stations = place_stations(yarn, options.ring_distance > 0 ? options.ring_distance * diameter : 2 * edge, rings.length, sections);
   const std::vector<int> growths = fit_balls(yarn, sections, options.ball_radius * diameter, rings.outlines);
   rings.ball_radius = options.ball_radius * diameter * std::pow(ball_growth, *std::max_element(growths.begin(), growths.end()));
   double longest = 0;

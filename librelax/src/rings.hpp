@@ -31,6 +31,7 @@ struct Rings {
   std::size_t points = 0;            ///< of a ring
   std::vector<Vec3> x;               ///< (rings x points) [m]
   std::size_t turn = 0;              ///< point j of the last ring goes on in point j + turn of the first one's image
+  double length = 0;                 ///< of the centroid path [m]
   double ball_radius = 0;            ///< largest that was needed [m]
 
   [[nodiscard]] std::size_t rings() const { return stations.size(); }

@@ -1,18 +1,32 @@
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "yarn_side.hpp"
 
 namespace relax {
 
-/// Lengths of the cell along x and y, whose faces are x = x_min and y = 0 and their images [m].
+/// Lengths of the cell along x and y [m].
 struct Lattice {
-  double x_min = 0, length_x = 0, length_y = 0;
+  double length_x = 0, length_y = 0;
 };
 
-/// Moves points of the sides of yarns that come nearer to one another than `gap` [m] apart, periodic images among them, until none do;
-/// points on the faces stay there. Returns the least distance left, as far as it is below `gap` and a tenth of a fiber diameter more, else
-/// that [m].
-double separate_yarns(std::vector<YarnSide>& sides, const Lattice& lattice, double gap);
+/// A place where one yarn lies within another.
+struct Intrusion {
+  std::size_t side_a = 0, side_b = 0;  ///< indices in the list of sides
+  Vec3 x = Vec3::Zero();               ///< [m]
+  double depth = 0;                    ///< [m]
+};
+
+/// Where a fiber's surface lies deepest within the side of another yarn; none if no fiber does. `yarns` and `sides` belong together.
+std::optional<Intrusion> deepest_intrusion(const std::vector<YarnFibers>& yarns, const std::vector<YarnSide>& sides,
+                                           const Lattice& lattice);
+
+/// Moves points of the sides of yarns that come nearer to one another than `gap` [m] apart, each as far as it must, periodic images among
+/// them; points on the faces stay there. Returns the place that is worst if some do not come apart.
+std::optional<Intrusion> separate_yarns(std::vector<YarnSide>& sides, const Lattice& lattice, double gap);
+
+/// Least distance between two sides that do not cross, as far as it is below `reach`, else that [m].
+double least_distance(const std::vector<YarnSide>& sides, const Lattice& lattice, double reach);
 
 }  // namespace relax

@@ -52,11 +52,11 @@ struct YarnEnvelope {
 
 /// Lengths in diameters of the yarn's fibers.
 struct EnvelopeOptions {
-  double edge_length = 0.25;  ///< around a section
-  double ring_distance = 1;   ///< along the yarn
-  double edge_length_m = 0;   ///< in place of edge_length [m]; 0: none given
-  double ball_radius = 2;     ///< rolled around the fibers; grown where it would leave them in several parts
-  double gap = 0.05;          ///< least distance between yarns
+  double edge_length = 0.4;  ///< around a section
+  double edge_length_m = 0;  ///< in place of edge_length [m]; 0: none given
+  double ring_distance = 0;  ///< along the yarn; 0: two edge lengths
+  double ball_radius = 2;    ///< rolled around the fibers; grown where it would leave them in several parts
+  double gap = 0.05;         ///< least distance between yarns
 };
 
 /// How surfaces and fibers fit one another.
@@ -65,8 +65,8 @@ struct EnvelopeReport {
   std::size_t self_intersections = 0;    ///< pairs of triangles of one surface that cross
   std::size_t mutual_intersections = 0;  ///< of two surfaces, periodic images among them
   double periodic_mismatch = 0;          ///< largest distance of a point of a last ring from its image on the first [m]
-  double gap_min = 0;                    ///< least distance between two surfaces, where that is below a fiber diameter, else one [m]
-  double distance_mean = 0;              ///< from where the ball touched fibers to the surface, in fiber radii
+  double gap_min = 0;        ///< least distance between two surfaces, where that is below twice the gap asked for, else this [m]
+  double distance_mean = 0;  ///< from where the ball touched fibers to the surface, in fiber radii
   double distance_max = 0;
   double protrusion_max = 0;  ///< of such a point out of the surface, in fiber radii
 };
@@ -81,6 +81,7 @@ struct Envelopes {
   EnvelopeReport report;
   EnvelopeWall wall;
   double lean = 0;           ///< length of the vector that the cell leaned by and was sheared back, in fiber diameters
+  double intrusion = 0;      ///< how far the surface of a fiber lay within another yarn before these were moved apart, in fiber diameters
   double face_mismatch = 0;  ///< largest distance of fibers that were joined across the faces, in fiber diameters
 };
 
