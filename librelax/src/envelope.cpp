@@ -176,6 +176,7 @@ Envelopes make_envelopes(const weave::Snapshot& cell, const EnvelopeOptions& opt
   Clock clock;
   Envelopes result;
   const PeriodicYarns periodic = periodic_yarns(cell);
+  result.fibers = snapshot_of(periodic.yarns, cell);
   result.lean = periodic.lean;
   result.face_mismatch = periodic.mismatch;
   std::vector<Rings> rings;

@@ -74,7 +74,7 @@ void close_ends(YarnFibers& yarn) {
   for (std::size_t f = 0; f < yarn.size(); ++f) yarn.points[f].back() = yarn.points[yarn.next[f]].front() + yarn.period;
 }
 
-/// A weft fiber and those that it goes on in, until it comes back to itself: one chain over as many periods.
+/// A fiber and those that it goes on in, until it comes back to itself: one chain over as many periods.
 struct Cycle {
   std::vector<std::size_t> fibers;
   std::vector<Vec3> x;  ///< [m]
@@ -98,12 +98,13 @@ std::vector<Cycle> cycles_of(const YarnFibers& yarn) {
   return cycles;
 }
 
-/// Cuts the chains of a weft, which start anywhere, where they first pass each face y = 0, period, ...
+/// Cuts the chains of a yarn, those of a weft start anywhere, where they first pass each image of its first face.
 void cut_at_faces(YarnFibers& yarn) {
-  const double width = yarn.period.y();
+  const int axis = yarn.axis();
+  const double width = yarn.period[axis];
   for (const Cycle& cycle : cycles_of(yarn)) {
     const std::vector<Vec3>& x = cycle.x;
-    const double first_face = std::ceil(x.front().y() / width) * width;
+    const double first_face = yarn.first_face + std::ceil((x.front()[axis] - yarn.first_face) / width) * width;
     struct Passage {
       std::size_t before;  ///< point of the chain
       Vec3 x;
@@ -112,18 +113,19 @@ void cut_at_faces(YarnFibers& yarn) {
     for (std::size_t i = 0; i + 1 < x.size(); ++i) {
       while (passages.size() < cycle.fibers.size()) {
         const double face = first_face + static_cast<double>(passages.size()) * width;
-        if (x[i].y() > face || x[i + 1].y() <= face) break;
-        passages.push_back({i, x[i] + (face - x[i].y()) / (x[i + 1].y() - x[i].y()) * (x[i + 1] - x[i])});
+        if (x[i][axis] > face || x[i + 1][axis] <= face) break;
+        passages.push_back({i, x[i] + (face - x[i][axis]) / (x[i + 1][axis] - x[i][axis]) * (x[i + 1] - x[i])});
       }
     }
     if (passages.size() != cycle.fibers.size())
-      throw std::invalid_argument("weft " + std::to_string(yarn.yarn) + ": a fiber does not pass the faces across y once each period");
+      throw std::invalid_argument("yarn " + std::to_string(yarn.yarn) + ": a fiber does not pass the cell's faces once each period");
     const Vec3 around = x.back() - x.front();
     for (std::size_t k = 0; k < passages.size(); ++k) {
       const bool last = k + 1 == passages.size();
-      const Vec3 to_cell(0, -first_face - static_cast<double>(k) * width, 0);
-      const Vec3 start(passages[k].x.x(), 0, passages[k].x.z());
-      const Vec3& end_x = last ? passages.front().x : passages[k + 1].x;
+      const Vec3 to_cell = (yarn.first_face - first_face - static_cast<double>(k) * width) * yarn.period.normalized();
+      Vec3 start = passages[k].x, end_point = (last ? passages.front() : passages[k + 1]).x;
+      start[axis] = yarn.first_face;
+      end_point[axis] = yarn.last_face;
       std::vector<Vec3> points = {start};
       const auto add = [&](const Vec3& p) {
         if ((p - points.back()).norm() > 1e-9 * width) points.push_back(p);
@@ -131,7 +133,6 @@ void cut_at_faces(YarnFibers& yarn) {
       const std::size_t end = last ? x.size() : passages[k + 1].before + 1;
       for (std::size_t i = passages[k].before + 1; i < end; ++i) add(x[i] + to_cell);
       for (std::size_t i = 1; last && i <= passages.front().before; ++i) add(x[i] + around + to_cell);
-      const Vec3 end_point(end_x.x(), width, end_x.z());
       add(end_point);
       points.back() = end_point;
       yarn.points[cycle.fibers[k]] = std::move(points);
@@ -242,14 +243,36 @@ PeriodicYarns periodic_yarns(const weave::Snapshot& cell) {
     result.lean = std::max(result.lean, lean.norm() / (2 * yarn.radius.front()));
     measure(yarn);
     close_ends(yarn);
-    if (yarn.weft) cut_at_faces(yarn);
-    for (std::vector<Vec3>& x : yarn.points) {
-      x.front()[yarn.axis()] = yarn.first_face;
-      x.back()[yarn.axis()] = yarn.last_face;
-    }
+    cut_at_faces(yarn);
     measure(yarn);
   }
   return result;
+}
+
+weave::Snapshot snapshot_of(const std::vector<YarnFibers>& yarns, const weave::Snapshot& cell) {
+  weave::Snapshot s;
+  s.time = cell.time;
+  s.pick = cell.pick;
+  s.cell_width = cell.cell_width;
+  s.cell_length = cell.cell_length;
+  s.x_min = cell.x_min;
+  s.x_max = cell.x_max;
+  s.offset = {0};
+  for (const YarnFibers& yarn : yarns)
+    for (std::size_t f = 0; f < yarn.size(); ++f) {
+      s.yarn.push_back(yarn.yarn);
+      s.fiber.push_back(static_cast<int>(f));
+      s.weft.push_back(yarn.weft ? 1 : 0);
+      s.radius.push_back(yarn.radius[f]);
+      s.area.push_back(yarn.area[f]);
+      for (std::size_t i = 0; i < yarn.points[f].size(); ++i) {
+        s.x.push_back(yarn.points[f][i]);
+        s.arc.push_back(yarn.share[f][i] * yarn.length[f]);
+      }
+      s.offset.push_back(static_cast<std::int64_t>(s.x.size()));
+    }
+  s.tension.assign(s.x.size(), 0);
+  return s;
 }
 
 }  // namespace relax

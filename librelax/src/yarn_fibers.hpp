@@ -48,4 +48,7 @@ struct PeriodicYarns {
 /// wrong if it is no unit cell.
 PeriodicYarns periodic_yarns(const weave::Snapshot& cell);
 
+/// The fibers of yarns as a snapshot of the cell that they are of, without tensions.
+weave::Snapshot snapshot_of(const std::vector<YarnFibers>& yarns, const weave::Snapshot& cell);
+
 }  // namespace relax

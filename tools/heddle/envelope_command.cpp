@@ -6,9 +6,11 @@
 #include <stdexcept>
 
 #include "heddle/surface_files.hpp"
+#include "heddle/view.hpp"
 #include "relax/envelope.hpp"
 #include "weave/case.hpp"
 #include "weave/results.hpp"
+#include "weave/tables.hpp"
 #include "weave/units.hpp"
 
 namespace heddle {
@@ -37,12 +39,56 @@ std::string name_of(const relax::YarnEnvelope& e) {
   return fmt::format("{}_{}", e.weft ? "weft" : "warp", e.yarn);
 }
 
-std::string sections_csv(const relax::YarnEnvelope& e) {
-  std::string text = "arc_m,x_m,y_m,z_m,width_m,height_m,area_m2,fiber_volume_fraction,rotation_rad\n";
-  for (const relax::YarnSection& s : e.sections)
-    text += fmt::format("{},{},{},{},{},{},{},{},{}\n", s.arc, s.centroid.x(), s.centroid.y(), s.centroid.z(), s.width, s.height, s.area,
-                        s.fiber_volume_fraction, s.rotation);
-  return text;
+weave::Table section_table(const relax::YarnEnvelope& e) {
+  weave::Table table{name_of(e), {}};
+  const auto add = [&](const char* name, const auto& value) {
+    table.columns.emplace_back(name, std::vector<double>());
+    for (const relax::YarnSection& s : e.sections) table.columns.back().second.push_back(value(s));
+  };
+  using Section = relax::YarnSection;
+  add("arc_m", [](const Section& s) { return s.arc; });
+  add("x_m", [](const Section& s) { return s.centroid.x(); });
+  add("y_m", [](const Section& s) { return s.centroid.y(); });
+  add("z_m", [](const Section& s) { return s.centroid.z(); });
+  add("normal_x", [](const Section& s) { return s.normal.x(); });
+  add("normal_y", [](const Section& s) { return s.normal.y(); });
+  add("normal_z", [](const Section& s) { return s.normal.z(); });
+  add("width_m", [](const Section& s) { return s.width; });
+  add("height_m", [](const Section& s) { return s.height; });
+  add("rotation_rad", [](const Section& s) { return s.rotation; });
+  add("area_m2", [](const Section& s) { return s.area; });
+  add("fiber_volume_fraction", [](const Section& s) { return s.fiber_volume_fraction; });
+  return table;
+}
+
+/// Where a plane normal to an axis cuts a surface and its images along that axis.
+YarnLines cut_surface(const relax::YarnEnvelope& e, weave::SectionAxis axis, double value, double period) {
+  const int n = axis == weave::SectionAxis::x ? 0 : 1, u = 1 - n;
+  YarnLines lines{e.yarn, e.weft, {}};
+  for (const int image : {-1, 0, 1}) {
+    const double plane = value + image * period;
+    for (const auto& t : e.surface.triangles)
+      for (std::size_t c = 0; c < 3; ++c) {
+        const weave::Vec3 &a = e.surface.points[t[c]], &b = e.surface.points[t[(c + 1) % 3]];
+        if ((a[n] < plane) == (b[n] < plane)) continue;
+        const weave::Vec3 x = a + (plane - a[n]) / (b[n] - a[n]) * (b - a);
+        lines.ends.push_back({x[u], x.z()});  // two for each triangle that is cut
+      }
+  }
+  return lines;
+}
+
+/// Sections through the middle of the cell both ways.
+void draw_sections(const weave::ResultsFile& results, const relax::Envelopes& envelopes, const std::filesystem::path& output) {
+  const weave::ResultsFile shown{envelopes.fibers, {}, results.case_toml, results.version};
+  const weave::Snapshot& s = shown.snapshot;
+  for (const weave::SectionAxis axis : {weave::SectionAxis::x, weave::SectionAxis::y}) {
+    const bool x = axis == weave::SectionAxis::x;
+    const double value = x ? 0.5 * (s.x_min + s.x_max) : 0.5 * s.cell_width;
+    std::vector<YarnLines> lines;
+    for (const relax::YarnEnvelope& e : envelopes.yarns) lines.push_back(cut_surface(e, axis, value, x ? s.x_max - s.x_min : s.cell_width));
+    draw_section_with_lines(shown, axis, value, lines, output / (x ? "section_x.png" : "section_y.png"));
+  }
 }
 
 }  // namespace
@@ -63,10 +109,14 @@ int envelope_command(const EnvelopeCommandOptions& options) {
   const std::filesystem::path output = options.output.empty() ? file.parent_path() / "envelope" : options.output;
   std::filesystem::create_directories(output);
   std::vector<NamedSurface> surfaces;
+  std::vector<weave::Table> tables;
   for (const relax::YarnEnvelope& e : envelopes.yarns) {
     surfaces.push_back({name_of(e), e.yarn, &e.surface});
-    weave::write_text_file(output / (name_of(e) + "_sections.csv"), sections_csv(e));
+    tables.push_back(section_table(e));
+    weave::write_text_file(output / (name_of(e) + "_sections.csv"), weave::to_csv(tables.back()));
   }
+  weave::write_tables(output / "sections.h5", tables);
+  draw_sections(results, envelopes, output);
   for (const std::string& format : options.formats) {
     for (const NamedSurface& s : surfaces) write_surfaces(output / (s.name + "." + format), std::span(&s, 1));
     write_surfaces(output / ("yarns." + format), surfaces);

@@ -405,12 +405,13 @@ struct SectionPlane {
   std::string meaning;  ///< what lies there, for the title
 };
 
-void draw_section(const Scene& scene, const SectionPlane& plane, const std::filesystem::path& file) {
+void draw_section(const Scene& scene, const SectionPlane& plane, const std::filesystem::path& file,
+                  const std::vector<YarnLines>* lines = nullptr) {
   const Snapshot& s = scene.snapshot;
   std::vector<SectionCircle> circles = cut_section(s, plane.axis, plane.value);
   std::erase_if(circles, [](const SectionCircle& c) { return c.aspect >= weave::max_section_aspect; });  // drawn as strips
   const std::vector<Strip> strips = cut_strips(s, plane.axis, plane.value);
-  const std::map<int, std::vector<Point>> outlines = yarn_outlines(s, circles);
+  const std::map<int, std::vector<Point>> outlines = lines ? std::map<int, std::vector<Point>>() : yarn_outlines(s, circles);
 
   Range z, across;
   for (const SectionCircle& c : circles) {
@@ -452,6 +453,16 @@ void draw_section(const Scene& scene, const SectionPlane& plane, const std::file
     for (const SectionCircle& c : circles)
       canvas.ellipse(page.frame.at((c.u + shift) * mm, c.z * mm), c.aspect * c.radius * page.scale, c.radius * page.scale, -c.angle,
                      scene.color(c.fiber, c.stress), mix(scene.yarn(c.fiber), {0, 0, 0}, 0.45), scene.unit);
+  }
+  for (int image = from; lines && image <= to; ++image) {
+    const double shift = image * period;
+    for (const YarnLines& yarn : *lines) {
+      const Color color = mix(yarn_color(yarn.weft ? yarn.yarn - scene.warps : yarn.yarn, yarn.weft), {0, 0, 0}, 0.55);
+      for (std::size_t i = 0; i + 1 < yarn.ends.size(); i += 2) {
+        const auto at = [&](const std::array<double, 2>& end) { return page.frame.at((end[0] + shift) * mm, end[1] * mm); };
+        canvas.line({at(yarn.ends[i]), at(yarn.ends[i + 1])}, color, 2 * scene.unit);
+      }
+    }
   }
   for (int i = 1; i < periods; ++i) {
     const double at = (start + i * period) * mm;
@@ -561,6 +572,12 @@ void check(const ViewOptions& options) {
 }
 
 }  // namespace
+
+void draw_section_with_lines(const weave::ResultsFile& results, SectionAxis axis, double value, const std::vector<YarnLines>& lines,
+                             const std::filesystem::path& file) {
+  const Scene scene = make_scene(results, ViewOptions{});
+  draw_section(scene, {axis, value, "with the yarns' surfaces"}, file, &lines);
+}
 
 std::vector<std::filesystem::path> view(const ViewOptions& options) {
   check(options);

@@ -1,13 +1,33 @@
 #pragma once
+#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "weave/section.hpp"
+
+namespace weave {
+struct ResultsFile;
+}
+
 namespace heddle {
 
+/// Lines of a yarn in a section, e.g. where it cuts the yarn's surface: pairs of points (2 x lines), u and z as in weave::SectionCircle
+/// [m].
+struct YarnLines {
+  int yarn = 0;
+  bool weft = false;
+  std::vector<std::array<double, 2>> ends;
+};
+
+/// Draws a section normal to x or y at `value` [m] with the fibers' circles and the given lines over them, repeated by the cell's period.
+/// Throws std::runtime_error naming the file if it can not be written.
+void draw_section_with_lines(const weave::ResultsFile& results, weave::SectionAxis axis, double value, const std::vector<YarnLines>& lines,
+                             const std::filesystem::path& file);
+
 struct ViewOptions {
-  /// A results file, or a results folder with weave.vtkhdf (loom or final cloth, and history) and perhaps cell.vtkhdf (last unit cell), or with
-  /// relax.vtkhdf (relaxed cell).
+  /// A results file, or a results folder with weave.vtkhdf (loom or final cloth, and history) and perhaps cell.vtkhdf (last unit cell), or
+  /// with relax.vtkhdf (relaxed cell).
   std::filesystem::path results;
   std::filesystem::path output;         ///< folder of the pictures, made if it is missing
   std::string format = "png";           ///< "png", "svg" or "pdf"

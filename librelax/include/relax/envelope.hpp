@@ -80,6 +80,7 @@ struct Envelopes {
   std::vector<YarnEnvelope> yarns;  ///< warps by rising number, then wefts
   EnvelopeReport report;
   EnvelopeWall wall;
+  weave::Snapshot fibers;    ///< that the surfaces hold: those of the cell made periodic, from face to face; without tensions
   double lean = 0;           ///< length of the vector that the cell leaned by and was sheared back, in fiber diameters
   double intrusion = 0;      ///< how far the surface of a fiber lay within another yarn before these were moved apart, in fiber diameters
   double face_mismatch = 0;  ///< largest distance of fibers that were joined across the faces, in fiber diameters
