@@ -104,6 +104,15 @@ double bar_energy(const Cell& cell, const Unknowns& unknowns, const Eigen::Vecto
   return energy;
 }
 
+double strain_under(const FiberType& type, double tension, double slack_strain) {
+  const double c = type.compression_factor, force = tension / (type.youngs_modulus * type.area), w = slack_strain;
+  if (force >= w) return force;
+  if (force <= -c * w) return force / c;
+  // c e + (1 - c) s^2 / (4 w) = force, s = e + w > 0.
+  const double square = (1 - c) / (4 * w);
+  return (std::sqrt(c * c + 4 * square * (c * w + force)) - c) / (2 * square) - w;
+}
+
 std::vector<double> bar_tensions(const Cell& cell, const Unknowns& unknowns, const Eigen::VectorXd& q) {
   const std::vector<double> rest_sum = rest_sums(cell);
   std::vector<double> tension(cell.nodes());

@@ -144,12 +144,11 @@ std::pair<Cell, std::vector<Vec3>> refine(const Cell& coarse, const Eigen::Vecto
   cell.length_y = coarse.length_y;
   cell.pressure = coarse.pressure;
   cell.slack_strain = coarse.slack_strain;
-  // Stretch of each bar of the coarse fibers, which the finer ones take over.
+  // Stretch of each bar of the coarse fibers, which the finer ones take over; slack ones are taut in them.
   const std::vector<double> tension = bar_tensions(coarse, unknowns, q);
   std::vector<double> stretch(coarse.nodes());
   for (std::uint32_t i = 0; i < coarse.nodes(); ++i) {
-    const FiberType& type = coarse.type_of(coarse.fiber_of[i]);
-    stretch[i] = 1 + std::max(tension[i], 0.0) / (type.youngs_modulus * type.area);
+    stretch[i] = 1 + strain_under(coarse.type_of(coarse.fiber_of[i]), std::max(tension[i], 0.0), coarse.slack_strain);
   }
   std::map<std::pair<std::uint16_t, int>, std::uint16_t> type_of;  // by coarse type and fibers of the coarse yarn
   std::vector<std::uint32_t> next;

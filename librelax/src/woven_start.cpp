@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "relax/energy.hpp"
 #include "weave/assignment.hpp"
 #include "weave/loom.hpp"
 
@@ -40,19 +41,27 @@ Vec3 mismatch_of(const weave::Snapshot& s, std::size_t f, const std::vector<std:
   return s.x[nodes_of(s, f).last()] - s.x[nodes_of(s, next[f]).begin] - period;
 }
 
-/// Points evenly spread over a fiber's rest length, the last one left out, each moved by its share of -mismatch.
-CellFiber resample(const weave::Snapshot& s, const Range& range, const Vec3& mismatch, double spacing) {
+/// Points evenly spread over a fiber's rest length, each moved by its share of -mismatch, and the tension midway between them.
+struct Resampled {
+  std::vector<Vec3> x;          ///< the last one is where the fiber goes on
+  std::vector<double> tension;  ///< from each point to the next [N]
+};
+
+Resampled resample(const weave::Snapshot& s, const Range& range, const Vec3& mismatch, double spacing) {
   const double length = s.arc[range.last()] - s.arc[range.begin];
   const int count = std::max(3, static_cast<int>(std::lround(length / spacing)));
-  CellFiber fiber;
+  Resampled fiber;
   std::size_t p = range.begin;
-  for (int k = 0; k < count; ++k) {
-    const double share = static_cast<double>(k) / count, arc = s.arc[range.begin] + share * length;
+  for (int half = 0; half <= 2 * count; ++half) {
+    const double share = 0.5 * half / count, arc = s.arc[range.begin] + share * length;
     while (p + 2 < range.end && s.arc[p + 1] < arc) ++p;
     const double u = (arc - s.arc[p]) / (s.arc[p + 1] - s.arc[p]);
-    fiber.x.push_back(s.x[p] + u * (s.x[p + 1] - s.x[p]) - share * mismatch);
+    if (half % 2 == 0) {
+      fiber.x.push_back(s.x[p] + u * (s.x[p + 1] - s.x[p]) - share * mismatch);
+    } else {
+      fiber.tension.push_back(s.tension[p] + u * (s.tension[p + 1] - s.tension[p]));
+    }
   }
-  fiber.rest_length.assign(static_cast<std::size_t>(count), length / count);
   return fiber;
 }
 
@@ -102,11 +111,19 @@ WovenStart cell_from_woven(const weave::Case& c, const weave::Snapshot& woven, c
     const Range range = nodes_of(woven, f);
     const Vec3 mismatch = weft ? mismatch_of(woven, f, next, along_y) : Vec3(mismatch_of(woven, f, next, along_x) - lean);
     const double diameter = 2 * cell.types[static_cast<std::size_t>(type)].radius;
-    CellFiber fiber = resample(woven, range, mismatch, options.element_length * diameter);
-    for (Vec3& x : fiber.x) {
+    const weave::FiberType& fiber_type = cell.types[static_cast<std::size_t>(type)];
+    Resampled path = resample(woven, range, mismatch, options.element_length * diameter);
+    for (Vec3& x : path.x) {
       x -= origin;
       x -= x.x() / cell.length_x * lean;
     }
+    CellFiber fiber;
+    for (std::size_t k = 0; k < path.tension.size(); ++k) {
+      const double strain = strain_under(fiber_type, path.tension[k], cell.slack_strain);
+      fiber.rest_length.push_back((path.x[k + 1] - path.x[k]).norm() / (1 + strain));
+    }
+    path.x.pop_back();
+    fiber.x = std::move(path.x);
     fiber.weft = weft;
     fiber.type = static_cast<std::uint16_t>(type);
     fiber.yarn = yarn;

@@ -70,6 +70,9 @@ struct ContactState {
 /// bars are linear in compression too, which none of them is at a minimum.
 double bar_energy(const Cell& cell, const Unknowns& unknowns, const Eigen::VectorXd& q, Derivatives want, double* tension_work = nullptr);
 
+/// Strain of a bar of given rest length that is under a tension [N], compression being negative.
+double strain_under(const FiberType& type, double tension, double slack_strain);
+
 /// Tension of the bar from each node to the next [N].
 std::vector<double> bar_tensions(const Cell& cell, const Unknowns& unknowns, const Eigen::VectorXd& q);
 

@@ -1,0 +1,76 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "relax/energy.hpp"
+#include "relax/woven_start.hpp"
+#include "scenes/cells.hpp"
+#include "unit/synthetic_cloth.hpp"
+
+namespace {
+
+using namespace scenes;
+using weave::Vec3;
+
+constexpr double d = 1e-4;  ///< fiber diameter [m]
+constexpr double pitch = 6e-4;
+
+/// A woven plain weave by formula, and its case.
+struct Woven {
+  weave::Case c = plain_weave({.fibers = 7, .pitch = pitch});
+  weave::Snapshot cloth = weave::make_synthetic_cloth({.pitch = pitch, .radius = 0.5 * d});
+};
+
+TEST(relax_woven, lean_is_sheared_away) {
+  Woven w;
+  const relax::WovenStart upright = relax::cell_from_woven(w.c, w.cloth, {});
+  EXPECT_NEAR(upright.mismatch.lean, 0, 1e-9);
+  // The cell leans down and aside along x, warps and wefts alike: the start is the same, to round-off.
+  const Vec3 lean(0, 0.7 * d, -2.3 * d);
+  for (Vec3& x : w.cloth.x) x += (x.x() - w.cloth.x_min) / w.cloth.cell_length * lean;
+  const relax::WovenStart leaning = relax::cell_from_woven(w.c, w.cloth, {});
+  EXPECT_NEAR(leaning.mismatch.lean, lean.norm() / d, 1e-9);
+  EXPECT_NEAR(leaning.mismatch.mean, upright.mismatch.mean, 1e-9);
+  ASSERT_EQ(leaning.x.size(), upright.x.size());
+  double apart = 0, stretch = 0;
+  for (std::size_t i = 0; i < upright.x.size(); ++i) {
+    apart = std::max(apart, (leaning.x[i] - upright.x[i]).norm());
+    stretch = std::max(stretch, std::abs(leaning.cell.rest_length[i] / upright.cell.rest_length[i] - 1));
+  }
+  EXPECT_LT(apart, 1e-9 * d);
+  EXPECT_LT(stretch, 1e-9);
+}
+
+TEST(relax_woven, bars_keep_their_tension_where_a_fiber_is_closed) {
+  // A warp that ends 1.5 d above its start becomes longer as it is closed, by far more than its tension stretches it.
+  Woven w;
+  for (std::size_t f = 0; f < 7; ++f) {
+    const auto begin = w.cloth.offset[f], end = w.cloth.offset[f + 1];
+    for (auto p = begin; p < end; ++p) w.cloth.x[static_cast<std::size_t>(p)].z() += 1.5 * d * static_cast<double>(p - begin) / static_cast<double>(end - begin - 1);
+  }
+  const auto [least, largest] = std::minmax_element(w.cloth.tension.begin(), w.cloth.tension.end());
+  const relax::WovenStart start = relax::cell_from_woven(w.c, w.cloth, {});
+  EXPECT_GT(start.mismatch.largest, 0.5);
+  for (const double t : relax::bar_tensions(start.cell, relax::Unknowns(start.cell), relax::unknowns_at(start.cell, start.x))) {
+    EXPECT_GE(t, (1 - 1e-6) * *least);  // round-off of a strain of 1e-4 at least
+    EXPECT_LE(t, (1 + 1e-6) * *largest);
+  }
+}
+
+TEST(relax_woven, strain_is_that_of_the_bar_under_its_tension) {
+  const weave::FiberType type{5e-5, 6e-9, 1e9, 1e-4, 1e9, 2000, 0};
+  const double width = 1e-3;
+  for (const double strain : {-3e-3, -1e-3, -0.7e-3, 0.0, 0.4e-3, 1e-3, 2e-3}) {
+    relax::Cell cell = empty_cell(8 * d, 8 * d);
+    cell.types[0] = type;
+    cell.slack_strain = width;
+    relax::CellFiber fiber = straight_fiber(cell, false, {0, 0, 0}, 4, 0, 0);
+    for (double& l : fiber.rest_length) l /= 1 + strain;
+    std::vector<Vec3> x;
+    relax::add_fiber(cell, fiber, x);
+    for (const double t : relax::bar_tensions(cell, relax::Unknowns(cell), relax::unknowns_at(cell, x)))
+      EXPECT_NEAR(relax::strain_under(type, t, width), strain, 1e-12);
+  }
+}
+
+}  // namespace
