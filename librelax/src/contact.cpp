@@ -11,6 +11,9 @@
 namespace relax {
 namespace {
 
+constexpr double bend_mild = 0.6, bend_sharp = 0.9;  ///< curvature of an axis times the reach; from 1 on closest points are not unique
+constexpr double bend_seen_within = 1.5;             ///< distance over the reach
+
 /// Nodes of a contact: three of the point's span, three of the touched span.
 constexpr std::size_t parts = 6;
 
@@ -75,7 +78,7 @@ void evaluate(const Cell& cell, const ContactList& list, const SpanContact& cont
   const std::uint32_t f = cell.fiber_of[contact.span], g = cell.fiber_of[contact.other];
   const PairLaw& law = cell.pair_law(f, g);
   const int samples = samples_on(cell, contact.span, contact.other, list.sampling);
-  const double weight = 0.5 * cell.span_length(contact.span) / samples;
+  const double weight = contact.share * cell.span_length(contact.span) / samples;
   const Span own(cell, q, contact.span);
   const Vec3 shift = image_shift(cell, contact.image_x, contact.image_y);
   ContactState& state = part.state;
@@ -108,7 +111,42 @@ void evaluate(const Cell& cell, const ContactList& list, const SpanContact& cont
   }
 }
 
+/// Sharpest bend of an axis near a point, toward the point: curvature times `reach`. `node`, `shift`: closest span, and its image [m].
+double bend_toward(const Cell& cell, const Eigen::VectorXd& q, const Vec3& point, std::uint32_t node, const Vec3& shift, double reach) {
+  const Vec3 period = cell.period(cell.fiber_of[node]);
+  const Cell::ChainNode before = cell.before(node), after = cell.after(node);
+  double bend = 0;
+  for (const Cell::ChainNode n : {before, Cell::ChainNode{node, 0}, after}) {
+    const Span span(cell, q, n.node);
+    const Vec3 toward = point - shift - n.wrap * period - span.point(0.5);
+    const double distance = toward.norm();
+    if (distance < bend_seen_within * reach) bend = std::max(bend, reach * toward.dot(span.curve) / (distance * span.tangent(0.5).squaredNorm()));
+  }
+  return bend;
+}
+
+/// 0 for bends that leave the closest point unique, 1 for sharp ones.
+double sharpness(double bend) {
+  const double u = std::clamp((bend - bend_mild) / (bend_sharp - bend_mild), 0.0, 1.0);
+  return u * u * (3 - 2 * u);
+}
+
 }  // namespace
+
+void share_contacts(const Cell& cell, const Eigen::VectorXd& q, ContactList& list) {
+#pragma omp parallel for schedule(static)
+  for (std::size_t i = 0; i < list.contacts.size(); ++i) {
+    SpanContact& contact = list.contacts[i];
+    const double reach = cell.pair_law(cell.fiber_of[contact.span], cell.fiber_of[contact.other]).reach;
+    const Span own(cell, q, contact.span);
+    const Vec3 middle = own.point(0.5);
+    const ChainPoint at = closest_on_chain(cell, q, middle, contact.other, image_shift(cell, contact.image_x, contact.image_y));
+    if (!at.found) continue;
+    const double of_other = sharpness(bend_toward(cell, q, middle, at.span.node[1], at.shift, reach));
+    const double of_own = sharpness(bend_toward(cell, q, at.span.point(at.share) + at.shift, contact.span, Vec3::Zero(), reach));
+    contact.share = 0.5 * (1 - of_other + of_own);
+  }
+}
 
 std::vector<double> contact_gaps(const Cell& cell, const ContactList& list, const Eigen::VectorXd& q) {
   constexpr double always = -std::numeric_limits<double>::infinity();

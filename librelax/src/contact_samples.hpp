@@ -9,4 +9,7 @@ namespace relax {
 /// closest point near by [m].
 std::vector<double> contact_gaps(const Cell& cell, const ContactList& list, const Eigen::VectorXd& q);
 
+/// Sets the shares of the contacts of a list for a state at `q`.
+void share_contacts(const Cell& cell, const Eigen::VectorXd& q, ContactList& list);
+
 }  // namespace relax

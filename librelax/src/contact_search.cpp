@@ -123,7 +123,7 @@ void find_nearest(const Cell& cell, const Grid& grid, const std::vector<SpanBall
     const Vec3 apart = balls[i].center - balls[j].center - image_shift(cell, wrap_x, wrap_y);
     const double distance2 = apart.squaredNorm(), limit = balls[i].radius + balls[j].radius + cell.pair_law(f, g).reach + skin;
     if (distance2 > limit * limit) return;
-    Candidate c{g, 0, distance2, {i, j, balls[i].wrap_x - balls[j].wrap_x + wrap_x, balls[i].wrap_y - balls[j].wrap_y + wrap_y}};
+    Candidate c{g, 0, distance2, {i, j, balls[i].wrap_x - balls[j].wrap_x + wrap_x, balls[i].wrap_y - balls[j].wrap_y + wrap_y, 0.5}};
     c.across = cell.weft[g] ? c.contact.image_x : c.contact.image_y;
     if (g == f && c.across == 0) return;
     const auto known = std::find_if(nearest.begin(), nearest.end(), [&](const Candidate& o) { return o.fiber == g && o.across == c.across; });
@@ -167,6 +167,7 @@ ContactList find_contacts(const Cell& cell, const Eigen::VectorXd& q, double ski
     }
   }
   for (const auto& contacts : of_fiber) list.contacts.insert(list.contacts.end(), contacts.begin(), contacts.end());
+  share_contacts(cell, q, list);
   list.gap = contact_gaps(cell, list, q);
   return list;
 }

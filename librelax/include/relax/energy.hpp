@@ -25,6 +25,7 @@ struct ContactSampling {
 struct SpanContact {
   std::uint32_t span = 0, other = 0;
   std::int32_t image_x = 0, image_y = 0;
+  double share = 0.5;  ///< of the two fibers' contact that the points of this span stand for; 0.5 but where one of the two bends sharply
 };
 
 /// All contacts that can come about while no node moves by more than skin/2 from where it was.
@@ -39,7 +40,9 @@ struct ContactList {
   [[nodiscard]] bool late(const Cell& cell, const Eigen::VectorXd& q) const;
 };
 
-/// Contacts of a cell at `q` (cell grid over spans, periodic in x and y).
+/// Contacts of a cell at `q` (cell grid over spans, periodic in x and y). Where an axis bends toward a point of another fiber with a radius as
+/// small as their distance, as a fiber does that turns around another, the closest point to that is not unique: it would jump, and the
+/// energy with it. There the points of the sharply bent fiber stand for the contact alone. The shares are those at `q`, and do not change while the list lasts.
 ContactList find_contacts(const Cell& cell, const Eigen::VectorXd& q, double skin, const ContactSampling& sampling = {});
 
 /// Zero Hessian with room for bars, bending, platens and all contacts in the list, as they lie now and a little aside.
