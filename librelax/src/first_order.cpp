@@ -23,6 +23,8 @@ constexpr double way_limit = 0.1;    ///< of a node in one step [smallest diamet
 constexpr int metric_interval = 10;  ///< steps for which M is kept, unless the motion turns uphill before
 constexpr double near_touch = 1.04;  ///< radii by which M sees fibers: those that may touch before it is renewed have to be in it
 constexpr double list_skin = 0.8;    ///< of the contact list [largest fiber diameters]: nodes go far, and what does not touch costs next to nothing
+constexpr int patience = 400;        ///< steps in which neither the gradient nor the energy comes down, after which the phase is given up
+constexpr double gradient_fall = 0.1, energy_fall = 0.01;  ///< of their least values: what counts as coming down
 constexpr double regular = 1e-6;     ///< added to M: of the reference tension over the diameter, for slack fibers that nothing holds
 
 /// M with its factor.
@@ -35,7 +37,7 @@ class Metric {
              const std::vector<Eigen::Index>& pins, double scale) {
     matrix_.set_zero();
     const Derivatives convex{nullptr, &matrix_, true, true};
-    bar_energy(cell, unknowns, q, convex);
+    bar_energy(stiff_, unknowns, q, convex);
     bending_energy(cell, q, convex);
     ContactList nearer = list;
     for (std::size_t i = 0; i < nearer.gap.size(); ++i) {
@@ -56,11 +58,12 @@ class Metric {
     for (FiberType& type : cell.types) {
       type.radius *= near_touch;
       type.transverse_modulus *= stiffness;
+      type.compression_factor = 1;
     }
     finish_types(cell);
     return cell;
   }
-  Cell inflated_, stiff_;  ///< the second for contact between fibers, which counts twice
+  Cell inflated_, stiff_;  ///< the second for bars, none of which is slack in it, as it may be taut in the next step; and for contact between fibers, which counts twice
   SparseHessian matrix_;
   Cholesky factor_;
 };
@@ -74,9 +77,9 @@ double way_max(const Unknowns& unknowns, const Eigen::VectorXd& step) {
 
 }  // namespace
 
-int calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins, const MinimizeOptions& options, double tolerance, int steps_max,
+FirstOrderEnd calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins, const MinimizeOptions& options, double tolerance, int steps_max,
               MinimizeResult& result) {
-  if (steps_max <= 0) return 0;
+  if (steps_max <= 0) return {};
   const Clock::time_point start = Clock::now();
   const double wall_before = result.history.empty() ? 0 : result.history.back().wall;
   const Unknowns unknowns(cell);
@@ -90,7 +93,8 @@ int calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins, const Min
   Metric metric(cell);
   Eigen::VectorXd v = Eigen::VectorXd::Zero(unknowns.size), gradient(unknowns.size);
   double dt = step_first, mixing = mixing_first;
-  int downhill = 0, metric_age = metric_interval;
+  int downhill = 0, metric_age = metric_interval, least_at = 0;
+  double gradient_least = 1e300, energy_least = 1e300;
   for (int i = 0; i < steps_max; ++i) {
     Clock::time_point stage = Clock::now();
     if (list.late(cell, result.q)) {
@@ -109,7 +113,14 @@ int calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins, const Min
       result.wall.first_order_metric += seconds_since(stage);
       metric_age = 1;
     }
-    if (gradient_max <= tolerance || !std::isfinite(energy)) return i;
+    if (gradient_max <= tolerance || !std::isfinite(energy)) return {i, false};
+    if (gradient_max < (1 - gradient_fall) * gradient_least || energy < energy_least - energy_fall * std::abs(energy)) {
+      gradient_least = std::min(gradient_least, gradient_max);
+      energy_least = std::min(energy_least, energy);
+      least_at = i;
+    } else if (i - least_at >= patience) {
+      return {i, true};
+    }
 
     const Eigen::VectorXd pull = metric.solve(-gradient);  // M^-1 F
     const double power = -gradient.dot(v);
@@ -146,7 +157,7 @@ int calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins, const Min
     result.history.push_back(p);
     if (options.on_progress) options.on_progress(p);
   }
-  return steps_max;
+  return {steps_max, false};
 }
 
 }  // namespace relax

@@ -3,14 +3,19 @@
 
 namespace relax {
 
+struct FirstOrderEnd {
+  int steps = 0;           ///< made
+  bool stagnated = false;  ///< the gradient did not come down any more
+};
+
 /// Brings a cell near to a minimum, where Newton's method is at home: FIRE (Bitzek et al. 2006, Phys. Rev. Lett. 97:170201) in the metric
 /// of a matrix M in place of the masses. M holds the convex part of the Hessian fiber by fiber, without what couples different fibers, and
 /// contact twice: as (a - b)^2 <= 2 a^2 + 2 b^2, M is then not less than the convex Hessian, all frequencies are 1 at most and a time step
 /// below 2 is stable. Neither a node nor a platen moves farther than a tenth of the smallest diameter in a step.
-/// Ends when the gradient has come down to `tolerance`, its largest component over the reference tension, or after `steps_max` steps, or at a
-/// state that is not finite. Appends to the history, and counts contact search, assembly and factorizations into the walls. Returns the
-/// steps made.
-int calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins, const MinimizeOptions& options, double tolerance, int steps_max,
+/// Ends when the gradient has come down to `tolerance`, its largest component over the reference tension, or does not come down any more, or
+/// after `steps_max` steps, or at a state that is not finite. Appends to the history, and counts contact search, assembly and factorizations
+/// into the walls.
+FirstOrderEnd calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins, const MinimizeOptions& options, double tolerance, int steps_max,
               MinimizeResult& result);
 
 }  // namespace relax

@@ -36,7 +36,9 @@ constexpr double armijo = 1e-4;  ///< share of the predicted fall in energy that
 constexpr int halvings = 14;
 constexpr double round_off = 1e-11;     ///< of the energy: a predicted fall below it can not be seen
 constexpr double shift_first = 1e-4;    ///< [reference tension / diameter]
+constexpr double shift_least = 1e-6, shift_largest = 1;  ///< of the true Hessian [reference tension / diameter]
 constexpr int far_steps = 3;             ///< of Newton's method as long as the list allows, one after the other: far from a minimum
+constexpr int far_steps_after_stagnation = 40;  ///< and where the cheap steps have not come down
 constexpr int inverse_iterations = 12;  ///< for the direction of negative curvature
 
 struct Scale {
@@ -77,7 +79,8 @@ class Minimization {
     int steps_left = options_.first_order_max, iterations_left = options_.iterations_max;
     for (bool again = true; again;) {
       again = false;
-      steps_left -= calm_down(cell_, pins_, options_, tolerance, steps_left, result_);
+      const FirstOrderEnd first_order = calm_down(cell_, pins_, options_, tolerance, steps_left, result_);
+      steps_left -= first_order.steps;
       find_contacts_anew();
       evaluate(false);
       note(0, 0, false);
@@ -86,7 +89,7 @@ class Minimization {
         if (step()) break;
         far = went_far_ ? far + 1 : 0;
         // The fibers slide away from a saddle: that way is long, and goes faster in many cheap steps than in a few dear ones.
-        again = far == far_steps && steps_left > 0;
+        again = far == (first_order.stagnated ? far_steps_after_stagnation : far_steps) && steps_left > 0;
         if (again) break;
       }
       tolerance = std::max(0.5 * tolerance, options_.first_order_tolerance_least);
@@ -97,7 +100,7 @@ class Minimization {
 
   /// Gradient, Hessian and Newton step of the present state, which is kept.
   void certify_state() {
-    if (!hessian_) find_contacts_anew();
+    if (!hessian_ || !shares_settled()) find_contacts_anew();
     evaluate(false);
     Certificate& c = result_.certificate;
     c = {};
@@ -134,6 +137,12 @@ class Minimization {
       list_ = find_contacts(cell_, result_.q, options_.skin * scale_.diameter_max, options_.sampling);
     }
     renew_pattern();
+  }
+
+  /// Whether the contacts have the shares that they would get at the present state.
+  [[nodiscard]] bool shares_settled() const {
+    return (result_.q - list_.built_at).cwiseAbs().maxCoeff() <= options_.step_tolerance * scale_.diameter_min ||
+           std::all_of(list_.contacts.begin(), list_.contacts.end(), [](const SpanContact& c) { return c.share == 0.5; });
   }
 
   void renew_pattern() {
@@ -209,19 +218,33 @@ class Minimization {
     return std::sqrt(way2);
   }
 
-  /// Factorizes so that the step goes downhill: the true Hessian, else without its indefinite terms, else shifted.
+  /// Factorizes so that the step goes downhill: the true Hessian, if need be with a shift, where the last step stayed near; else without its
+  /// indefinite terms, and shifted.
   void factorize_for_descent() {
     if (true_in_ > 0) {
       --true_in_;
-      evaluate(true);
     } else if (shift_ == 0 && factorize(0)) {
       true_wait_ = 0;
+      true_shift_ = 0;
+      return;
+    } else if (!went_far_ && factorize_shifted()) {
       return;
     } else {
       true_in_ = true_wait_ = std::min(2 * true_wait_ + 1, 7);
-      evaluate(true);
     }
+    evaluate(true);
     while (!factorize(shift_)) shift_ = std::max(10 * shift_, shift_first * result_.reference_tension / scale_.diameter_min);
+  }
+
+  /// The true Hessian with the least shift that makes it positive definite, within a factor of ten.
+  bool factorize_shifted() {
+    const double unit = result_.reference_tension / scale_.diameter_min;
+    for (double shift = std::max(0.1 * true_shift_, shift_least * unit); shift <= shift_largest * unit; shift *= 10) {
+      if (!factorize(shift)) continue;
+      true_shift_ = shift;
+      return true;
+    }
+    return false;
   }
 
   /// One Newton step. True if there is nothing more to do.
@@ -232,7 +255,13 @@ class Minimization {
       true_in_ = 0;
       if (!factorize(0)) return !options_.leave_saddles || !leave_saddle();
       const Eigen::VectorXd newton = solve();
-      if (newton.cwiseAbs().maxCoeff() <= options_.step_tolerance * scale_.diameter_min) return true;
+      if (newton.cwiseAbs().maxCoeff() <= options_.step_tolerance * scale_.diameter_min) {
+        if (shares_settled()) return true;
+        find_contacts_anew();
+        evaluate(false);
+        note(0, 0, false);
+        return false;
+      }
     }
     factorize_for_descent();
     Eigen::VectorXd direction = solve();
@@ -263,8 +292,8 @@ class Minimization {
       const bool lost = std::abs(share * slope) < round_off * size;
       if (!(falls || (lost && gradient_max(gradient) < gradient_before))) continue;
       result_.q = trial;
-      const double shift = shift_;
       const bool convex = convex_;
+      const double shift = convex ? shift_ : true_shift_;
       if (share == 1 && !went_far_) {
         shift_ = shift_ > 1e-3 * shift_first * result_.reference_tension / scale_.diameter_min ? 0.1 * shift_ : 0;
       } else if (share < 0.25) {
@@ -312,7 +341,8 @@ class Minimization {
   Eigen::VectorXd gradient_, force_of_pins_;
   bool convex_ = false;
   bool went_far_ = false;  ///< the last step was cut to what the contact list allows
-  double shift_ = 0;
+  double shift_ = 0;       ///< of the Hessian without its indefinite terms [N/m]
+  double true_shift_ = 0;  ///< that made the true Hessian positive definite [N/m]
   int true_in_ = 0, true_wait_ = 0, stalled_ = 0;
   MinimizeResult result_;
   Clock::time_point start_ = Clock::now();

@@ -69,9 +69,9 @@ double reference_tension(const Cell& cell, const Eigen::VectorXd& q);
 /// Unknowns that pins hold.
 std::vector<Eigen::Index> pinned_unknowns(const Cell& cell);
 
-/// A first-order phase (preconditioned FIRE), then Newton's method from `q` to a certified minimum; each Newton step's energy is less than
-/// the one before, or, where round-off hides that, its gradient. The true Hessian comes first; without its indefinite terms, then with a
-/// shift, only where it is not positive definite. No node moves farther than half the skin in a step. At a saddle it goes on along the
+/// A first-order phase (preconditioned FIRE), until it is near or does not get nearer, then Newton's method from `q` to a certified minimum;
+/// each Newton step's energy is less than the one before, or, where round-off hides that, its gradient. The true Hessian comes first; shifted, or
+/// without its indefinite terms, only where it is not positive definite. No node moves farther than half the skin in a step. At a saddle it goes on along the
 /// direction of negative curvature. A state that is no certified minimum is returned with what blocks it. Throws std::invalid_argument for
 /// a `q` of wrong size or not finite.
 MinimizeResult minimize(const Cell& cell, const Eigen::VectorXd& q, const MinimizeOptions& options = {});
