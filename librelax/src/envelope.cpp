@@ -102,6 +102,15 @@ YarnSection measure_section(const YarnSide& side, const Station& station, std::s
   return s;
 }
 
+/// Largest distance of a point of the last ring from its image on the first [m].
+double face_mismatch(const YarnEnvelope& e, std::size_t turn) {
+  double largest = 0;
+  const Vec3* last = e.surface.points.data() + (e.rings - 1) * std::size_t{e.ring_points};
+  for (std::size_t j = 0; j < e.ring_points; ++j)
+    largest = std::max(largest, (last[j] - e.surface.points[(j + turn) % e.ring_points] - e.period).norm());
+  return largest;
+}
+
 /// Distances of the points where the ball touches the fibers from the surface, in planes halfway between rings as on them.
 struct TouchDistance {
   double sum = 0, largest = 0, protrusion = 0;  ///< in fiber radii
@@ -228,7 +237,9 @@ Envelopes make_envelopes(const weave::Snapshot& cell, const EnvelopeOptions& opt
   }
   result.wall.caps = clock.lap();
 
-  for (const YarnEnvelope& e : result.yarns) {
+  for (std::size_t y = 0; y < sides.size(); ++y) {
+    const YarnEnvelope& e = result.yarns[y];
+    result.report.periodic_mismatch = std::max(result.report.periodic_mismatch, face_mismatch(e, sides[y].turn));
     const SurfaceState state = check_surface(e.surface);
     result.report.closed = result.report.closed && state.closed;
     result.report.self_intersections += state.self_intersections;

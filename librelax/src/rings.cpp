@@ -96,13 +96,15 @@ std::vector<Station> place_stations(const YarnFibers& yarn, double spacing, doub
   stations.front().origin[yarn.axis()] = yarn.first_face;
 
   constexpr int rounds_max = 200;
+  sections.resize(count);
+  std::vector<std::vector<Vec3>> rims(count);
+  std::vector<bool> changed(count, true);
   for (int round = 0;; ++round) {
-    sections.clear();
-    std::vector<std::vector<Vec3>> rims;
-    for (Station& s : stations) {
-      set_axes(s, yarn.weft);
-      sections.push_back(cut_fibers(yarn, s));
-      rims.push_back(rim_of(sections.back(), s));
+    for (std::size_t k = 0; k < count; ++k) {
+      if (!changed[k]) continue;
+      set_axes(stations[k], yarn.weft);
+      sections[k] = cut_fibers(yarn, stations[k]);
+      rims[k] = rim_of(sections[k], stations[k]);
     }
     std::vector<bool> smooth(count, false);
     bool any = false;
@@ -118,9 +120,11 @@ std::vector<Station> place_stations(const YarnFibers& yarn, double spacing, doub
     }
     if (!any || round == rounds_max) return stations;
     const std::vector<Station> before = stations;
+    changed.assign(count, false);
     for (std::size_t k = 1; k < count; ++k) {
       if (!smooth[k] && !smooth[k - 1] && !smooth[(k + 1) % count]) continue;
       stations[k].normal = (before[k - 1].normal + before[k].normal + before[(k + 1) % count].normal).normalized();
+      changed[k] = true;
     }
   }
 }
@@ -184,8 +188,6 @@ double fit_start(const Outline& outline, const std::vector<Vec2>& before, double
 FiberSection cut_fibers(const YarnFibers& yarn, const Station& station) {
   constexpr double round = 1.01;  // a section this near to a circle is taken as one
   FiberSection section;
-  std::vector<Disc> circles;
-  double stretch = 0;
   for (std::size_t f = 0; f < yarn.size(); ++f) {
     const YarnFibers::Crossing c = yarn.crossing(f, station.share, station.origin, station.normal);
     if (!c.found)
@@ -195,8 +197,8 @@ FiberSection cut_fibers(const YarnFibers& yarn, const Station& station) {
     const double slope = std::max(std::abs(station.normal.dot(c.direction)), 1 / weave::max_section_aspect);
     const double aspect = 1 / slope, r = yarn.radius[f];
     section.solid += yarn.area[f] * aspect;
-    circles.push_back({center, r});
-    stretch += aspect / static_cast<double>(yarn.size());
+    section.circles.push_back({center, r});
+    section.stretch += aspect / static_cast<double>(yarn.size());
     if (aspect < round) {
       section.discs.push_back({center, r});
       continue;
@@ -204,7 +206,6 @@ FiberSection cut_fibers(const YarnFibers& yarn, const Station& station) {
     const auto gaps = static_cast<int>(std::ceil(aspect - 1));  // between discs no farther apart than their diameter
     for (int i = 0; i <= gaps; ++i) section.discs.push_back({center + (2.0 * i / gaps - 1) * (aspect - 1) * r * slant.normalized(), r});
   }
-  section.space = stretch * union_area(circles);
   return section;
 }
 
@@ -227,7 +228,7 @@ Rings ring_yarn(const YarnFibers& yarn, const EnvelopeOptions& options) {
   for (std::size_t k = 0; k < rings.rings(); ++k) {
     longest = std::max(longest, rings.outlines[k].length);
     rings.solid.push_back(sections[k].solid);
-    rings.space.push_back(sections[k].space);
+    rings.space.push_back(sections[k].space());
   }
   rings.points = static_cast<std::size_t>(std::max(8.0, std::ceil(longest / edge)));
 

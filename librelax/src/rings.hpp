@@ -17,9 +17,13 @@ struct Station {
 
 /// The fibers of a yarn at a station.
 struct FiberSection {
-  std::vector<Disc> discs;  ///< one for a fiber normal to the plane, two side by side for one that crosses it at a slant
-  double solid = 0;         ///< area of the solid fibers [m^2]
-  double space = 0;         ///< of the union of the fibers [m^2]
+  std::vector<Disc> discs;    ///< one for a fiber normal to the plane, some side by side for one that crosses it at a slant
+  std::vector<Disc> circles;  ///< of the fibers, one each, as if normal to the plane
+  double stretch = 0;         ///< mean over the fibers of the area of the slanting section to that of the circle
+  double solid = 0;           ///< area of the solid fibers [m^2]
+
+  /// Area of the union of the fibers [m^2].
+  [[nodiscard]] double space() const { return stretch * union_area(circles); }
 };
 FiberSection cut_fibers(const YarnFibers& yarn, const Station& station);
 
@@ -27,7 +31,7 @@ FiberSection cut_fibers(const YarnFibers& yarn, const Station& station);
 struct Rings {
   std::vector<Station> stations;     ///< (rings)
   std::vector<Outline> outlines;     ///< (rings)
-  std::vector<double> solid, space;  ///< as in FiberSection (rings)
+  std::vector<double> solid, space;  ///< of FiberSection (rings) [m^2]
   std::size_t points = 0;            ///< of a ring
   std::vector<Vec3> x;               ///< (rings x points) [m]
   std::size_t turn = 0;              ///< point j of the last ring goes on in point j + turn of the first one's image

@@ -36,4 +36,12 @@ SurfaceState check_surface(const SurfaceMesh& surface) {
   return state;
 }
 
+bool triangles_meet(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b) {
+  const auto triangle = [](const std::array<Vec3, 3>& corners) {
+    const auto point = [&](std::size_t c) { return Kernel::Point_3(corners[c].x(), corners[c].y(), corners[c].z()); };
+    return Kernel::Triangle_3(point(0), point(1), point(2));
+  };
+  return CGAL::do_intersect(triangle(a), triangle(b));
+}
+
 }  // namespace relax

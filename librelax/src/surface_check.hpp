@@ -1,5 +1,8 @@
 #pragma once
-#include "relax/envelope.hpp"
+#include <array>
+#include <cstddef>
+
+#include "relax/surface_mesh.hpp"
 
 namespace relax {
 
@@ -9,5 +12,8 @@ struct SurfaceState {
   std::size_t self_intersections = 0;  ///< pairs of triangles that cross
 };
 SurfaceState check_surface(const SurfaceMesh& surface);
+
+/// Do two triangles of these corners [m] share a point?
+bool triangles_meet(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b);
 
 }  // namespace relax

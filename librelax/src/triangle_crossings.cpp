@@ -1,23 +1,17 @@
 #include "triangle_crossings.hpp"
 
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "box_grid.hpp"
+#include "surface_check.hpp"
 
 namespace relax {
 namespace {
 
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-
-Kernel::Triangle_3 triangle(const SurfaceMesh& surface, std::size_t index, const Vec3& shift) {
-  const auto corner = [&](std::size_t c) {
-    const Vec3 x = surface.points[surface.triangles[index][c]] + shift;
-    return Kernel::Point_3(x.x(), x.y(), x.z());
-  };
-  return {corner(0), corner(1), corner(2)};
+std::array<Vec3, 3> corners(const SurfaceMesh& surface, std::size_t index, const Vec3& shift) {
+  const auto& t = surface.triangles[index];
+  return {surface.points[t[0]] + shift, surface.points[t[1]] + shift, surface.points[t[2]] + shift};
 }
 
 std::vector<Box> boxes_of(const SurfaceMesh& surface) {
@@ -60,7 +54,7 @@ std::vector<TriangleCrossing> find_crossings(const std::vector<YarnEnvelope>& ya
             if (!moved.intersects(whole[a])) continue;
             grid.find(moved, found);
             for (const std::uint32_t f : found) {
-              if (!CGAL::do_intersect(triangle(yarns[a].surface, f, Vec3::Zero()), triangle(yarns[b].surface, t, shift))) continue;
+              if (!triangles_meet(corners(yarns[a].surface, f, Vec3::Zero()), corners(yarns[b].surface, t, shift))) continue;
               crossings.push_back({a, b, boxes[a][f].center()});
             }
           }

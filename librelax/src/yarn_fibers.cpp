@@ -197,6 +197,7 @@ YarnFibers::Crossing YarnFibers::crossing(std::size_t fiber, double near_share, 
 PeriodicYarns periodic_yarns(const weave::Snapshot& cell) {
   if (!(cell.cell_length > 0) || !(cell.cell_width > 0) || !(cell.x_max > cell.x_min))
     throw std::invalid_argument("envelopes need a unit cell, with a period along x and one along y; this is a whole loom or cloth");
+  if (cell.fibers() == 0) throw std::invalid_argument("the unit cell holds no fibers");
   std::map<std::pair<bool, int>, std::vector<std::size_t>> fibers;
   for (std::size_t f = 0; f < cell.fibers(); ++f) fibers[{cell.weft[f] != 0, cell.yarn[f]}].push_back(f);
   PeriodicYarns result;

@@ -1,21 +1,12 @@
 #pragma once
-#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
 
+#include "relax/surface_mesh.hpp"
 #include "weave/snapshot.hpp"
-#include "weave/vec.hpp"
 
 namespace relax {
-
-using weave::Vec3;
-
-/// Triangles over shared points, counterclockwise seen from outside.
-struct SurfaceMesh {
-  std::vector<Vec3> points;  ///< [m]
-  std::vector<std::array<std::uint32_t, 3>> triangles;
-};
 
 /// A yarn's section by a plane across its path.
 struct YarnSection {
@@ -37,7 +28,8 @@ struct YarnEnvelope {
   SurfaceMesh surface;  ///< closed; flat on the two faces normal to its period
 
   std::uint32_t ring_points = 0;  ///< point j of ring k is surface.points[k * ring_points + j]
-  std::uint32_t rings = 0;        ///< the last is the first moved by `period`
+  std::uint32_t rings =
+      0;  ///< the last is the first moved by `period`, its points counted from another one where the yarn turns around itself
   std::uint32_t side_triangles =
       0;                       ///< the first ones of surface.triangles; then the first face's cap, then the last one's, of the same number
   Vec3 period = Vec3::Zero();  ///< from the first face to the last [m]
@@ -47,7 +39,7 @@ struct YarnEnvelope {
   double fiber_volume = 0;  ///< solid [m^3]
   double fiber_space = 0;   ///< union of the fibers' cylinders [m^3]
   double volume = 0;        ///< within the surface [m^3]
-  double volume_moved = 0;  ///< between the surface and what it was before yarns were moved apart [m^3]
+  double volume_moved = 0;  ///< that the yarn gave up when yarns were moved apart [m^3]
 };
 
 /// Lengths in diameters of the yarn's fibers.
