@@ -39,7 +39,7 @@ constexpr double shift_first = 1e-4;    ///< [reference tension / diameter]
 constexpr double shift_least = 1e-6, shift_largest = 1;  ///< of the true Hessian [reference tension / diameter]
 constexpr int far_steps = 3;             ///< of Newton's method as long as the list allows, one after the other: far from a minimum
 constexpr int far_steps_after_stagnation = 40;  ///< and where the cheap steps have not come down
-constexpr int inverse_iterations = 12;  ///< for the direction of negative curvature
+constexpr int inverse_iterations = 12, inverse_iterations_most = 300;  ///< for the direction of negative curvature, as many until it is one
 
 struct Scale {
   double diameter_min = 1e300, diameter_max = 0;
@@ -251,24 +251,25 @@ class Minimization {
   bool step() {
     const double gradient_before = gradient_max(gradient_);
     if (gradient_before <= options_.gradient_tolerance) {
-      shift_ = 0;
-      true_in_ = 0;
-      if (!factorize(0)) return !options_.leave_saddles || !leave_saddle();
-      const Eigen::VectorXd newton = solve();
-      if (newton.cwiseAbs().maxCoeff() <= options_.step_tolerance * scale_.diameter_min) {
-        if (shares_settled()) return true;
+      if (!shares_settled()) {
         find_contacts_anew();
         evaluate(false);
         note(0, 0, false);
         return false;
       }
+      shift_ = 0;
+      true_in_ = 0;
+      if (!factorize(0)) return !options_.leave_saddles || !leave_saddle();
+      const Eigen::VectorXd newton = solve();
+      if (newton.cwiseAbs().maxCoeff() <= options_.step_tolerance * scale_.diameter_min) return true;
     }
     factorize_for_descent();
     Eigen::VectorXd direction = solve();
     return !descend(direction);
   }
 
-  /// Goes along a direction as far as it lowers the energy, or the gradient where energies are lost in round-off. False: nowhere.
+  /// Goes along a direction as far as it lowers the energy, or, where energies are lost in round-off, as far as the gradient says so or becomes
+  /// less. False: nowhere.
   bool descend(Eigen::VectorXd& direction) {
     const double limit = 0.5 * list_.skin, way = way_max(direction);
     went_far_ = way > limit;
@@ -290,7 +291,8 @@ class Minimization {
       release_pins_from(gradient);
       const bool falls = energy <= energy_before + armijo * share * slope;
       const bool lost = std::abs(share * slope) < round_off * size;
-      if (!(falls || (lost && gradient_max(gradient) < gradient_before))) continue;
+      const bool goes_on_down = gradient.dot(direction) < 0;
+      if (!(falls || (lost && (gradient_max(gradient) < gradient_before || goes_on_down)))) continue;
       result_.q = trial;
       const bool convex = convex_;
       const double shift = convex ? shift_ : true_shift_;
@@ -323,8 +325,12 @@ class Minimization {
     Eigen::VectorXd v(unknowns_.size);
     for (double& component : v) component = normal(random);
     for (const Eigen::Index pin : pins_) v[pin] = 0;
-    for (int i = 0; i < inverse_iterations; ++i) v = cholesky_->solve(v).normalized();
-    if (v.dot(hessian_->times(v)) >= 0) return false;
+    double curvature = 0;
+    for (int i = 0; i < inverse_iterations || (curvature >= 0 && i < inverse_iterations_most); ++i) {
+      v = cholesky_->solve(v).normalized();
+      curvature = v.dot(hessian_->times(v));
+    }
+    if (curvature >= 0) return false;
     if (gradient_.dot(v) > 0) v = -v;
     v *= 0.05 * scale_.diameter_min / way_max(v);
     return descend(v);

@@ -84,7 +84,7 @@ std::vector<double> bar_tensions(const Cell& cell, const Unknowns& unknowns, con
 double bending_energy(const Cell& cell, const Eigen::VectorXd& q, Derivatives want);
 
 /// Line contact, weave::PairLaw per length of fiber, integrated at points of both fibers against the closest point of the other's axis,
-/// each side with half the weight. U is a function of positions alone while the closest points are unique.
+/// each side with its share in the list. U is a function of positions alone while the closest points are unique and all shares one half.
 double contact_energy(const Cell& cell, const ContactList& list, const Eigen::VectorXd& q, Derivatives want, ContactState* state = nullptr);
 
 /// Platens: rigid planes at heights that are unknowns, pressed together by the cell's pressure p: U = p area (z_upper - z_lower) + contact.
