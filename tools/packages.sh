@@ -25,6 +25,7 @@ test_packages=(
   libgmock-dev
   libbenchmark-dev
   python3-vtk9
+  calculix-ccx
 )
 
 # install_missing PACKAGE...: installs those that are not there; asks apt for nothing if all are.

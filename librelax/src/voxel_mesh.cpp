@@ -1,0 +1,276 @@
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "relax/surface_file.hpp"
+#include "relax/volume_mesh.hpp"
+#include "surface_distance.hpp"
+
+namespace relax {
+namespace {
+
+struct Bounds {
+  Vec3 low, high;
+};
+
+Bounds bounds_of(const SurfaceMesh& surface) {
+  Bounds b{surface.points.front(), surface.points.front()};
+  for (const Vec3& x : surface.points) {
+    b.low = b.low.cwiseMin(x);
+    b.high = b.high.cwiseMax(x);
+  }
+  return b;
+}
+
+/// Where grid lines pass a surface: center `index` of the grid, shifted by whole periods into low <= value < high.
+struct Line {
+  int index;
+  double value;
+};
+std::vector<Line> lines_through(double origin, double spacing, int count, double low, double high) {
+  const double period = spacing * count;
+  std::vector<Line> lines;
+  for (int i = 0; i < count; ++i) {
+    const double center = origin + (i + 0.5) * spacing;
+    for (double image = std::floor((low - center) / period); center + image * period < high; ++image)
+      if (center + image * period >= low) lines.push_back({i, center + image * period});
+  }
+  std::sort(lines.begin(), lines.end(), [](const Line& a, const Line& b) { return a.value < b.value; });
+  return lines;
+}
+
+/// Part of the lines with low <= value < high: those that a segment from `low` to `high` crosses if an end on a line lies below it.
+std::pair<std::size_t, std::size_t> crossed(const std::vector<Line>& lines, double low, double high) {
+  const auto below = [&](double value) {
+    return static_cast<std::size_t>(
+        std::lower_bound(lines.begin(), lines.end(), value, [](const Line& l, double v) { return l.value < v; }) - lines.begin());
+  };
+  return {below(low), below(high)};
+}
+
+/// A directed segment (x, z) in a row: the surface's inside lies to its left, seen toward rising y.
+struct RowSegment {
+  double x_a, z_a, x_b, z_b;
+};
+
+/// Marks the voxels whose centers lie in a yarn or its periodic images.
+void mark_inside(const SurfaceMesh& surface, const VolumeMesh& mesh, std::vector<std::uint8_t>& inside) {
+  const auto [nx, ny, nz] = mesh.voxels;
+  const Vec3 spacing = (mesh.high - mesh.low).cwiseQuotient(Vec3(nx, ny, nz));
+  const Bounds b = bounds_of(surface);
+  const std::vector<Line> rows = lines_through(mesh.low.y(), spacing.y(), ny, b.low.y(), b.high.y());
+  const std::vector<Line> columns = lines_through(mesh.low.x(), spacing.x(), nx, b.low.x(), b.high.x());
+
+  std::vector<std::vector<RowSegment>> segments(rows.size());
+  for (const auto& t : surface.triangles) {
+    const double y0 = surface.points[t[0]].y(), y1 = surface.points[t[1]].y(), y2 = surface.points[t[2]].y();
+    const auto [first, end] = crossed(rows, std::min({y0, y1, y2}), std::max({y0, y1, y2}));
+    for (std::size_t r = first; r < end; ++r) {
+      const double y = rows[r].value;
+      RowSegment s{};
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::uint32_t from = t[i], to = t[(i + 1) % 3];
+        const bool rises = surface.points[from].y() <= y && surface.points[to].y() > y;
+        const bool falls = surface.points[from].y() > y && surface.points[to].y() <= y;
+        if (!rises && !falls) continue;
+        // From the lower index, so that both triangles of an edge find the same point.
+        const Vec3 &p = surface.points[std::min(from, to)], &q = surface.points[std::max(from, to)];
+        const Vec3 cut = p + (y - p.y()) / (q.y() - p.y()) * (q - p);
+        (rises ? s.x_a : s.x_b) = cut.x();
+        (rises ? s.z_a : s.z_b) = cut.z();
+      }
+      segments[r].push_back(s);
+    }
+  }
+
+  struct Crossing {
+    double z;
+    int enters;  ///< +1 or -1
+  };
+  std::vector<std::vector<Crossing>> column(columns.size());
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    for (auto& crossings : column) crossings.clear();
+    for (const RowSegment& s : segments[r]) {
+      const auto [first, end] = crossed(columns, std::min(s.x_a, s.x_b), std::max(s.x_a, s.x_b));
+      for (std::size_t c = first; c < end; ++c) {
+        const double z = s.z_a + (columns[c].value - s.x_a) / (s.x_b - s.x_a) * (s.z_b - s.z_a);
+        column[c].push_back({z, s.x_b > s.x_a ? 1 : -1});
+      }
+    }
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      auto& crossings = column[c];
+      std::sort(crossings.begin(), crossings.end(), [](const Crossing& p, const Crossing& q) { return p.z < q.z; });
+      int depth = 0;
+      for (std::size_t i = 0; i + 1 < crossings.size(); ++i) {
+        depth += crossings[i].enters;
+        if (depth <= 0) continue;
+        const auto first = static_cast<int>(std::ceil((crossings[i].z - mesh.low.z()) / spacing.z() - 0.5));
+        const auto end = static_cast<int>(std::ceil((crossings[i + 1].z - mesh.low.z()) / spacing.z() - 0.5));
+        for (int k = std::max(first, 0); k < std::min(end, nz); ++k)
+          inside[static_cast<std::size_t>(columns[c].index + nx * (rows[r].index + ny * k))] = 1;
+      }
+    }
+  }
+}
+
+/// Distance to a yarn without end: without the caps of its surface, and from the neighboring periods too.
+class YarnDistance {
+ public:
+  YarnDistance(const SurfaceMesh& surface, int along, double period, double lateral_period)
+      : bounds_(bounds_of(surface)), along_(along), period_(period), lateral_period_(lateral_period), side_(side(surface)) {}
+
+  [[nodiscard]] double from(const Vec3& point) const {
+    // Images of the point in the span of the surface along the yarn, and at the images across that it may reach.
+    const int lateral = 1 - along_;
+    Vec3 p = point;
+    p[along_] -= std::floor((p[along_] - bounds_.low[along_]) / period_) * period_;
+    p[lateral] -= std::ceil((p[lateral] - bounds_.high[lateral]) / lateral_period_) * lateral_period_;
+    double best = 1e300;
+    for (; p[lateral] >= bounds_.low[lateral]; p[lateral] -= lateral_period_)
+      for (const double period : {0.0, -period_, period_}) {
+        Vec3 image = p;
+        image[along_] += period;
+        best = std::min(best, side_.from(image, best));
+      }
+    return best;
+  }
+
+ private:
+  [[nodiscard]] SurfaceDistance side(const SurfaceMesh& surface) const {
+    std::vector<std::array<Vec3, 3>> triangles;
+    const double near = 1e-9 * period_;
+    for (const auto& t : surface.triangles) {
+      const std::array<Vec3, 3> x = {surface.points[t[0]], surface.points[t[1]], surface.points[t[2]]};
+      const auto on = [&](double face) {
+        return std::all_of(x.begin(), x.end(), [&](const Vec3& p) { return std::abs(p[along_] - face) < near; });
+      };
+      if (!on(bounds_.low[along_]) && !on(bounds_.high[along_])) triangles.push_back(x);
+    }
+    return SurfaceDistance(triangles);
+  }
+
+  Bounds bounds_;
+  int along_;
+  double period_, lateral_period_;
+  SurfaceDistance side_;
+};
+
+}  // namespace
+
+std::array<int, 3> voxel_counts(const Vec3& size, const VoxelOptions& options) {
+  if (options.counts != std::array<int, 3>{0, 0, 0}) {
+    for (const int n : options.counts)
+      if (n < 1) throw std::invalid_argument("voxels: counts along x, y and z must be at least 1");
+    return options.counts;
+  }
+  const auto count = [](double length, double step) { return std::max(1, static_cast<int>(std::lround(length / step))); };
+  if (options.size > 0) return {count(size.x(), options.size), count(size.y(), options.size), count(size.z(), options.size)};
+  if (options.elements < 1) throw std::invalid_argument("voxels: the number of elements must be at least 1");
+  const double height = std::cbrt(size.prod() / (4.0 * options.elements));
+  return {count(size.x(), 2 * height), count(size.y(), 2 * height), count(size.z(), height)};
+}
+
+VolumeMesh box_mesh(const Vec3& low, const Vec3& high, const std::array<int, 3>& counts) {
+  VolumeMesh m;
+  m.low = low;
+  m.high = high;
+  m.voxels = counts;
+  const auto [nx, ny, nz] = counts;
+  const auto coordinate = [&](Eigen::Index axis, int i) {
+    const int n = counts[static_cast<std::size_t>(axis)];
+    return i == n ? high[axis] : low[axis] + i * ((high - low)[axis] / n);
+  };
+  for (int k = 0; k <= nz; ++k)
+    for (int j = 0; j <= ny; ++j)
+      for (int i = 0; i <= nx; ++i) m.points.emplace_back(coordinate(0, i), coordinate(1, j), coordinate(2, k));
+  const auto point = [nx = nx, ny = ny](int i, int j, int k) { return static_cast<std::uint32_t>(i + (nx + 1) * (j + (ny + 1) * k)); };
+  for (int k = 0; k < nz; ++k)
+    for (int j = 0; j < ny; ++j)
+      for (int i = 0; i < nx; ++i)
+        m.hexes.push_back({point(i, j, k), point(i + 1, j, k), point(i + 1, j + 1, k), point(i, j + 1, k), point(i, j, k + 1),
+                           point(i + 1, j, k + 1), point(i + 1, j + 1, k + 1), point(i, j + 1, k + 1)});
+  const std::size_t n = m.hexes.size();
+  m.yarn.assign(n, -1);
+  m.direction.assign(n, Vec3::Zero());
+  m.yarn_tangent.assign(n, Vec3::Zero());
+  m.location.assign(n, Eigen::Vector2d::Zero());
+  m.volume_fraction.assign(n, 0);
+  m.surface_distance.assign(n, 0);
+  return m;
+}
+
+VoxelMesh voxel_mesh(const weave::Snapshot& snapshot, const std::vector<YarnEnvelope>& envelopes, const VoxelOptions& options) {
+  if (envelopes.empty()) throw std::invalid_argument("voxels: no yarn envelopes");
+  if (!(snapshot.cell_length > 0) || !(snapshot.cell_width > 0)) throw std::invalid_argument("voxels: the snapshot is of no periodic cell");
+  if (!(options.resin_margin >= 0)) throw std::invalid_argument("voxels: the resin margin must be >= 0");
+  std::vector<const YarnEnvelope*> sorted;
+  for (const YarnEnvelope& e : envelopes) sorted.push_back(&e);
+  std::sort(sorted.begin(), sorted.end(), [](const YarnEnvelope* a, const YarnEnvelope* b) { return a->yarn < b->yarn; });
+
+  Vec3 low(snapshot.x_min, 0, 1e300), high(snapshot.x_min + snapshot.cell_length, snapshot.cell_width, -1e300);
+  for (const YarnEnvelope* e : sorted) {
+    const Bounds b = bounds_of(e->surface);
+    const int along = e->weft ? 1 : 0;
+    const double period = (high - low)[along], length = (b.high - b.low)[along];
+    if (std::abs(length - period) > 1e-6 * period)
+      throw std::invalid_argument("voxels: the envelope of yarn " + std::to_string(e->yarn) + " is " + std::to_string(1e3 * length) +
+                                  " mm long, but its period is " + std::to_string(1e3 * period) + " mm");
+    low.z() = std::min(low.z(), b.low.z() - options.resin_margin);
+    high.z() = std::max(high.z(), b.high.z() + options.resin_margin);
+  }
+
+  VoxelMesh result;
+  VolumeMesh& m = result.mesh;
+  m = box_mesh(low, high, voxel_counts(high - low, options));
+  std::vector<std::uint8_t> contested(m.elements(), 0);
+  std::vector<Vec3> centers(m.elements());
+  for (std::size_t e = 0; e < m.elements(); ++e) centers[e] = 0.5 * (m.points[m.hexes[e][0]] + m.points[m.hexes[e][6]]);
+
+  for (const YarnEnvelope* e : sorted) {
+    if (!m.yarns.empty() && m.yarns.back() == e->yarn)
+      throw std::invalid_argument("voxels: yarn " + std::to_string(e->yarn) + " has two envelopes");
+    const auto index = static_cast<std::int32_t>(m.yarns.size());
+    m.yarns.push_back(e->yarn);
+    std::vector<std::uint8_t> inside(m.elements(), 0);
+    mark_inside(e->surface, m, inside);
+    const int along = e->weft ? 1 : 0;
+    const YarnDistance distance(e->surface, along, (high - low)[along], (high - low)[1 - along]);
+    for (std::size_t i = 0; i < m.elements(); ++i) {
+      if (inside[i] == 0) continue;
+      const double depth = -distance.from(centers[i]);
+      if (m.yarn[i] >= 0) contested[i] = 1;
+      if (m.yarn[i] >= 0 && depth >= m.surface_distance[i]) continue;
+      m.yarn[i] = index;
+      m.surface_distance[i] = depth;
+    }
+  }
+  result.contested = static_cast<std::size_t>(std::count(contested.begin(), contested.end(), 1));
+
+  for (std::size_t y = 0; y < sorted.size(); ++y) {
+    const YarnFields fields(snapshot, sorted[y]->yarn, sorted[y]->surface, options.fields);
+    YarnVolume volume;
+    volume.yarn = sorted[y]->yarn;
+    volume.envelope = enclosed_volume(sorted[y]->surface);
+    volume.fibers = fields.fiber_volume();
+    double counted = 0;
+    for (std::size_t i = 0; i < m.elements(); ++i) {
+      if (m.yarn[i] != static_cast<std::int32_t>(y)) continue;
+      const YarnFields::Value value = fields.at(centers[i]);
+      m.direction[i] = value.direction;
+      m.yarn_tangent[i] = value.yarn_tangent;
+      m.location[i] = value.location;
+      m.volume_fraction[i] = value.volume_fraction;
+      volume.voxels += m.element_volume();
+      counted += value.volume_fraction * m.element_volume();
+    }
+    if (counted > 0) volume.fraction_scale = volume.fibers / counted;
+    for (std::size_t i = 0; i < m.elements(); ++i)
+      if (m.yarn[i] == static_cast<std::int32_t>(y)) m.volume_fraction[i] *= volume.fraction_scale;
+    result.volumes.push_back(volume);
+  }
+  return result;
+}
+
+}  // namespace relax

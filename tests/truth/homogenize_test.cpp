@@ -1,0 +1,204 @@
+#include "relax/homogenize.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <numbers>
+
+#include "scenes/yarn_surfaces.hpp"
+#include "weave/results.hpp"
+
+namespace relax {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+// CalculiX prints seven digits, and takes constants of ten.
+constexpr double printed = 1e-6;
+
+const TransverseIsotropic aramid_like{120e9, 6e9, 3e9, 0.35, 0.4};
+
+Constituents constituents() {
+  return {"fiber", "epoxy", aramid_like, 3.5e9, 0.35, Micromechanics::chamis};
+}
+
+class Homogenize : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    try {
+      find_ccx("ccx");
+    } catch (const std::runtime_error& e) {
+      GTEST_SKIP() << e.what();
+    }
+    folder_ = std::filesystem::path(::testing::TempDir()) /
+              (std::string("heddle_ccx_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override {
+    if (!folder_.empty()) std::filesystem::remove_all(folder_);
+  }
+  Homogenization solve(const VolumeMesh& mesh, const Constituents& c, bool periodic_z = true) {
+    HomogenizeOptions options;
+    options.solver = LinearSolver::direct;
+    options.periodic_z = periodic_z;
+    return homogenize(mesh, c, options, folder_, "cell");
+  }
+  static void expect_near(const Matrix6& value, const Matrix6& truth, double share) {
+    EXPECT_LT((value - truth).cwiseAbs().maxCoeff(), share * truth.cwiseAbs().maxCoeff()) << value << "\n\nbut should be\n" << truth;
+  }
+  std::filesystem::path folder_;
+};
+
+/// Cell with a square yarn along x of half its height and width, its material that of the local fraction 0.6.
+VolumeMesh square_yarn(const std::array<int, 3>& voxels) {
+  VolumeMesh mesh = scenes::yarn_block(voxels, {1e-3, 1e-3, 1e-3}, Vec3::UnitX(), 0.6);
+  for (std::size_t i = 0; i < mesh.elements(); ++i) {
+    const Vec3 center = 0.5e3 * (mesh.points[mesh.hexes[i][0]] + mesh.points[mesh.hexes[i][6]]);
+    if (std::abs(center.y() - 0.5) > 0.25 || std::abs(center.z() - 0.5) > 0.25) mesh.yarn[i] = -1;
+  }
+  return mesh;
+}
+
+TEST_F(Homogenize, OneMaterialGivesItselfBack) {
+  Constituents c = constituents();
+  c.fiber = isotropic(c.matrix_e, c.matrix_nu);
+  const Homogenization r = solve(square_yarn({4, 4, 4}), c);
+  const Matrix6 truth = stiffness(c.fiber, Vec3::UnitX());
+  expect_near(r.stiffness, truth, printed);
+  expect_near(r.bounds.voigt, truth, 1e-12);
+  expect_near(r.bounds.reuss, truth, 1e-12);
+  EXPECT_LT(r.asymmetry, printed);
+}
+
+// Axis 1 of the orientations must be the fibers', and turn as theirs does.
+TEST_F(Homogenize, OffAxisFibers) {
+  const double c30 = std::cos(std::numbers::pi / 6), s30 = 0.5;
+  for (const Vec3& axis : {Vec3(c30, s30, 0), Vec3(c30, 0, s30), Vec3(0.3, 0.8, -0.52).normalized()}) {
+    const Homogenization r = solve(scenes::yarn_block({2, 2, 2}, {1.5e-3, 1e-3, 0.3e-3}, axis, 0.6), constituents());
+    expect_near(r.stiffness, stiffness(impregnated_yarn(constituents(), 0.6), axis), printed);
+  }
+}
+
+// Slabs: strains in the plane and stresses out of it are the same in all layers, so that the cell's stiffness is that of averages (Postma
+// 1955).
+TEST_F(Homogenize, LayersAreALaminate) {
+  VolumeMesh mesh = scenes::yarn_block({2, 2, 4}, {1.5e-3, 1e-3, 0.4e-3}, Vec3::UnitX(), 0.7);
+  const Vec3 oblique = Vec3(std::cos(0.5), std::sin(0.5), 0);
+  std::vector<Matrix6> layers(4);
+  layers[0] = stiffness(impregnated_yarn(constituents(), 0.7), Vec3::UnitX());
+  layers[1] = stiffness(isotropic(3.5e9, 0.35), Vec3::UnitX());
+  layers[2] = stiffness(impregnated_yarn(constituents(), 0.7), Vec3::UnitY());
+  layers[3] = stiffness(impregnated_yarn(constituents(), 0.5), oblique);
+  for (std::size_t i = 0; i < mesh.elements(); ++i) {
+    const std::size_t layer = i / 4;
+    if (layer == 1) mesh.yarn[i] = -1;
+    if (layer == 2) mesh.direction[i] = Vec3::UnitY();
+    if (layer == 3) {
+      mesh.direction[i] = oblique;
+      mesh.volume_fraction[i] = 0.5;
+    }
+  }
+  const std::array<int, 3> in = {0, 1, 5}, out = {2, 3, 4};
+  Eigen::Matrix3d a = Eigen::Matrix3d::Zero(), d = a, bd = a;
+  for (const Matrix6& c : layers) {
+    const Eigen::Matrix3d compliance = Eigen::Matrix3d(c(out, out)).inverse(), coupling = c(in, out);
+    a += 0.25 * (Eigen::Matrix3d(c(in, in)) - coupling * compliance * coupling.transpose());
+    d += 0.25 * compliance;
+    bd += 0.25 * coupling * compliance;
+  }
+  Matrix6 truth = Matrix6::Zero();
+  truth(out, out) = d.inverse();
+  truth(in, out) = bd * d.inverse();
+  truth(out, in) = truth(in, out).transpose().eval();
+  truth(in, in) = a + bd * d.inverse() * bd.transpose();
+  expect_near(solve(mesh, constituents()).stiffness, truth, printed);
+}
+
+// Top and bottom free: plane stress.
+TEST_F(Homogenize, FreeSidesArePlaneStress) {
+  const Vec3 axis = Vec3(0.8, 0.6, 0);
+  const Homogenization r = solve(scenes::yarn_block({2, 2, 2}, {1e-3, 1e-3, 0.2e-3}, axis, 0.6), constituents(), false);
+  expect_near(r.stiffness, plane_stress_stiffness(stiffness(impregnated_yarn(constituents(), 0.6), axis)), printed);
+}
+
+// Hill's connections (J. Mech. Phys. Solids 12 (1964) 199) need only that strains along the fibers and equal ones across can be superposed
+// such that the strain is uniform: they hold for a square array, and for elements that can strain uniformly, on any mesh.
+TEST_F(Homogenize, FibersAlongOneAxis) {
+  const Homogenization r = solve(square_yarn({1, 4, 4}), constituents());
+  const double fraction = 0.25;
+  const auto moduli = [](const Matrix6& c) { return Vec3(0.5 * (c(1, 1) + c(1, 2)), c(0, 1), c(0, 0)); };
+  const Vec3 f = moduli(stiffness(impregnated_yarn(constituents(), 0.6), Vec3::UnitX())),
+             m = moduli(stiffness(isotropic(3.5e9, 0.35), Vec3::UnitX())), c = moduli(r.stiffness);
+  const double slope = (f[1] - m[1]) / (f[0] - m[0]);
+  EXPECT_NEAR(c[1], m[1] + slope * (c[0] - m[0]), printed * c[2]);
+  EXPECT_NEAR(c[2], fraction * f[2] + (1 - fraction) * m[2] + slope * (c[1] - fraction * f[1] - (1 - fraction) * m[1]), printed * c[2]);
+  EXPECT_NEAR(r.stiffness(1, 1), r.stiffness(2, 2), printed * c[2]);
+  // Bounds hold for the strain energy of every strain.
+  EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix6>(r.bounds.voigt - r.stiffness).eigenvalues().minCoeff(), -printed * c[2]);
+  EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix6>(r.stiffness - r.bounds.reuss).eigenvalues().minCoeff(), -printed * c[2]);
+  EXPECT_LT(r.stiffness(1, 1), 0.999 * r.bounds.voigt(1, 1));
+  EXPECT_GT(r.stiffness(1, 1), 1.001 * r.bounds.reuss(1, 1));
+}
+
+// Opposite faces pull with opposite forces, in every load case.
+TEST_F(Homogenize, OppositeFacesAreInEquilibrium) {
+  VolumeMesh mesh = square_yarn({3, 4, 4});
+  for (std::size_t i = 0; i < mesh.elements(); ++i)
+    if (mesh.yarn[i] >= 0 && i % 3 == 1) mesh.direction[i] = Vec3(0.9, 0.3, 0.2).normalized();
+  const Constituents c = constituents();
+  std::string text = deck(mesh, periodic_sets(mesh, true), c, bin_materials(mesh, c, 1), {});
+  for (const char axis : {'X', 'Y', 'Z'}) {
+    const std::string request = std::string("*NODE PRINT, NSET=HIGH_") + axis + ", TOTALS=ONLY\nRF\n";
+    const std::string faces =
+        std::string("*NODE PRINT, NSET=FACE_") + axis + "0, TOTALS=ONLY\nRF\n*NODE PRINT, NSET=FACE_" + axis + "1, TOTALS=ONLY\nRF\n";
+    for (std::size_t at = 0; (at = text.find(request, at)) != std::string::npos; at += faces.size())
+      text.replace(at, request.size(), faces);
+  }
+  weave::write_text_file(folder_ / "faces.inp", text);
+  ASSERT_EQ(std::system(("cd '" + folder_.string() + "' && ccx -i faces > faces.log").c_str()), 0);
+  std::ifstream stream(folder_ / "faces.dat");
+  std::vector<Vec3> forces;
+  for (std::string word; stream >> word;) {
+    if (word != "time") continue;
+    double time = 0;
+    Vec3 f;
+    ASSERT_TRUE(stream >> time >> f[0] >> f[1] >> f[2]);
+    forces.push_back(f);
+  }
+  ASSERT_EQ(forces.size(), 36U);
+  double largest = 0;
+  for (const Vec3& f : forces) largest = std::max(largest, f.norm());
+  for (std::size_t i = 0; i < forces.size(); i += 2) EXPECT_LT((forces[i] + forces[i + 1]).norm(), printed * largest);
+}
+
+TEST_F(Homogenize, IterativeSolverAgrees) {
+  const VolumeMesh mesh = square_yarn({2, 4, 4});
+  const Homogenization direct = solve(mesh, constituents());
+  HomogenizeOptions options;
+  options.solver = LinearSolver::iterative;
+  const Homogenization iterative = homogenize(mesh, constituents(), options, folder_, "iterative");
+  expect_near(iterative.stiffness, direct.stiffness, 1e-3);  // it stops at a residual of 1e-4
+}
+
+TEST_F(Homogenize, AFailureIsNamed) {
+  VolumeMesh mesh = square_yarn({2, 2, 2});
+  std::swap(mesh.hexes[3][0], mesh.hexes[3][6]);
+  EXPECT_THAT([&] { solve(mesh, constituents()); }, ThrowsMessage<std::runtime_error>(HasSubstr("cell.log")));
+}
+
+TEST(Ccx, MissingProgramIsNamed) {
+  EXPECT_THAT([] { find_ccx("no_such_ccx"); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("no_such_ccx: CalculiX is not there; install it (Debian: calculix-ccx)")));
+  EXPECT_THAT([] { find_ccx("./no_such_ccx"); }, ThrowsMessage<std::runtime_error>(HasSubstr("CalculiX is not there")));
+}
+
+}  // namespace
+}  // namespace relax
