@@ -5,11 +5,47 @@
 
 #include "envelope_command.hpp"
 #include "heddle/surface_files.hpp"
+#include "homogenize_command.hpp"
+#include "mesh_command.hpp"
 #include "relax_command.hpp"
 #include "view.hpp"
 #include "weave/case.hpp"
 #include "weave/version.hpp"
 #include "weave_command.hpp"
+
+namespace {
+
+/// Options of the commands that mesh a composite unit cell.
+void add_composite_options(CLI::App& app, heddle::CompositeOptions& o) {
+  app.add_option("envelopes", o.input, "folder that `heddle envelope` wrote")->required();
+  app.add_option("-o,--output", o.output, "results folder");
+  auto* voxels = app.add_option("--voxels", o.voxels, "elements along x, y and z")->expected(3)->check(CLI::Range(1, 100000));
+  auto* size = app.add_option("--voxel-size", o.voxel_size, "edge of an element, about [m]")->check(CLI::PositiveNumber)->excludes(voxels);
+  app.add_option("--elements", o.elements, "about so many, twice as long along x and y as high")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 100000000))
+      ->excludes(voxels)
+      ->excludes(size);
+  app.add_option("--resin-margin", o.resin_margin, "resin above and below the yarns [m] (default 0)")->check(CLI::NonNegativeNumber);
+  app.add_option("--kernel-radius", o.kernel_radius, "fibers within it make a point's local volume fraction [fiber diameters]")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  app.add_option("--fiber", o.fiber, "e_glass, s2_glass, aramid or carbon")->capture_default_str();
+  app.add_option("--fiber-e1", o.fiber_e1, "along the fiber [Pa] (default: of the named fiber)")->check(CLI::PositiveNumber);
+  app.add_option("--fiber-e2", o.fiber_e2, "across [Pa]")->check(CLI::PositiveNumber);
+  app.add_option("--fiber-g12", o.fiber_g12, "[Pa]")->check(CLI::PositiveNumber);
+  app.add_option("--fiber-nu12", o.fiber_nu12, "")->check(CLI::Range(-0.99, 5.0));
+  app.add_option("--fiber-nu23", o.fiber_nu23, "")->check(CLI::Range(-0.99, 0.99));
+  app.add_option("--matrix-e", o.matrix_e, "[Pa]")->capture_default_str()->check(CLI::PositiveNumber);
+  app.add_option("--matrix-nu", o.matrix_nu, "")->capture_default_str()->check(CLI::Range(-0.99, 0.499));
+  app.add_option("--rule", o.rule, "of micromechanics within yarns")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"chamis", "mori_tanaka"}));
+  app.add_option("--bins", o.bins, "materials by local fiber volume fraction")->capture_default_str()->check(CLI::Range(1, 10000));
+  app.add_flag("--free-z", o.free_z, "top and bottom free of stress, not periodic");
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app{"Heddle weaves a fabric on a simulated loom, fiber by fiber."};
@@ -65,6 +101,18 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->check(CLI::IsMember(heddle::surface_formats))
       ->capture_default_str();
+  heddle::CompositeOptions mesh;
+  CLI::App* mesh_app = app.add_subcommand("mesh", "Mesh a composite unit cell; write VTU, Gmsh, Abaqus and CalculiX files");
+  add_composite_options(*mesh_app, mesh);
+
+  heddle::HomogenizeCommandOptions homogenize;
+  CLI::App* homogenize_app = app.add_subcommand("homogenize", "Stiffness of a composite unit cell, by CalculiX");
+  add_composite_options(*homogenize_app, homogenize);
+  homogenize_app->add_option("--ccx", homogenize.ccx, "CalculiX")->capture_default_str();
+  homogenize_app->add_option("--solver", homogenize.solver, "direct, iterative, or by the number of elements")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"direct", "iterative", "auto"}));
+  homogenize_app->add_flag("!--no-mesh-error", homogenize.mesh_error, "do not also solve on a coarser mesh");
 
   heddle::ViewOptions view;
   CLI::App* view_app = app.add_subcommand("view", "Draw pictures of a result");
@@ -82,6 +130,8 @@ int main(int argc, char** argv) {
     if (*weave_app) return heddle::weave_command(weave_options);
     if (*relax_app) return heddle::relax_command(relax);
     if (*envelope_app) return heddle::envelope_command(envelope);
+    if (*mesh_app) return heddle::mesh_command(mesh);
+    if (*homogenize_app) return heddle::homogenize_command(homogenize);
     if (view.output.empty()) {
       view.output = (std::filesystem::is_directory(view.results) ? view.results : view.results.parent_path()) / "pictures";
     }

@@ -1,0 +1,54 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "relax/composite.hpp"
+#include "relax/envelope.hpp"
+#include "relax/volume_mesh.hpp"
+#include "weave/results.hpp"
+
+namespace heddle {
+
+/// What the commands that mesh a composite unit cell have in common.
+struct CompositeOptions {
+  std::filesystem::path input;  ///< folder that `heddle envelope` wrote: yarn_<number>.off, and summary.json, whose "source" names the cell
+  std::filesystem::path output;   ///< folder of the results
+  std::vector<int> voxels;        ///< along x, y, z; empty: by voxel_size or elements
+  double voxel_size = 0;          ///< [m]; 0: by elements
+  int elements = 20000;           ///< about so many
+  double resin_margin = 0;        ///< [m]
+  double kernel_radius = 2;       ///< of the estimate of local volume fractions [fiber diameters]
+  std::string fiber = "e_glass";  ///< one of relax::known_fibers()
+  double fiber_e1 = 0, fiber_e2 = 0, fiber_g12 = 0, fiber_nu12 = -1, fiber_nu23 = -1;  ///< 0 or -1: as `fiber` has it [Pa]
+  double matrix_e = 3.45e9;                                                            ///< [Pa]
+  double matrix_nu = 0.35;
+  std::string rule = "chamis";  ///< "chamis" or "mori_tanaka"
+  int bins = 10;                ///< of local volume fraction
+  bool free_z = false;          ///< sides normal to z free, not periodic
+};
+
+/// Envelopes with the cell that they were made of.
+struct CompositeInput {
+  std::vector<relax::YarnEnvelope> envelopes;
+  weave::ResultsFile source;
+  std::string case_name;
+};
+
+/// Reads a folder of envelopes. Throws std::runtime_error naming the file and what is wrong: no summary.json or none with "source", no
+/// yarn_<number>.off, a yarn that the cell does not have, an envelope for not every yarn.
+CompositeInput read_composite_input(const std::filesystem::path& folder);
+
+relax::VoxelOptions voxel_options(const CompositeOptions& options);
+
+/// Throws std::invalid_argument for a fiber or rule that is not known, or constants that are not those of a material.
+relax::Constituents constituents_of(const CompositeOptions& options);
+
+/// Entries of a summary that say what was meshed and of what materials, as JSON text of an object.
+std::string composite_summary(const CompositeInput& input, const relax::VoxelMesh& voxels, const relax::Constituents& constituents,
+                              const CompositeOptions& options);
+
+/// The same for the reader at the terminal.
+void print_composite(const CompositeInput& input, const relax::VoxelMesh& voxels, const relax::Constituents& constituents);
+
+}  // namespace heddle
