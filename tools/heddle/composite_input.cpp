@@ -3,12 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
-#include <set>
 #include <stdexcept>
 
 #include "relax/surface_file.hpp"
@@ -17,36 +14,6 @@
 
 namespace heddle {
 namespace {
-
-nlohmann::json read_json(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  if (!stream) throw std::runtime_error(file.string() + ": cannot be opened; the folder must be one that `heddle envelope` wrote");
-  try {
-    return nlohmann::json::parse(stream);
-  } catch (const nlohmann::json::parse_error& e) {
-    throw std::runtime_error(file.string() + ": not JSON: " + e.what());
-  }
-}
-
-/// Files yarn_<number>.off of a folder by number.
-std::map<int, std::filesystem::path> envelope_files(const std::filesystem::path& folder) {
-  std::map<int, std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    const std::string name = entry.path().filename().string(), prefix = "yarn_", suffix = ".off";
-    if (!name.starts_with(prefix) || !name.ends_with(suffix)) continue;
-    const std::string digits = name.substr(prefix.size(), name.size() - prefix.size() - suffix.size());
-    int number = 0;
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
-    if (error == std::errc() && end == digits.data() + digits.size() && number >= 0) files[number] = entry.path();
-  }
-  return files;
-}
-
-/// The source as the summary has it, or beside the folder.
-std::filesystem::path source_file(const std::filesystem::path& folder, const std::filesystem::path& source) {
-  if (source.is_absolute() || std::filesystem::exists(source)) return source;
-  return folder / source;
-}
 
 double solid_fraction(const relax::VoxelMesh& v) {
   double fibers = 0;
@@ -61,32 +28,20 @@ nlohmann::ordered_json constants_json(const relax::TransverseIsotropic& m) {
 }  // namespace
 
 CompositeInput read_composite_input(const std::filesystem::path& folder) {
-  if (!std::filesystem::is_directory(folder))
-    throw std::runtime_error(folder.string() + ": not a folder; give one that `heddle envelope` wrote");
-  const std::filesystem::path summary_file = folder / "summary.json";
-  const nlohmann::json summary = read_json(summary_file);
-  if (!summary.is_object() || !summary.contains("source") || !summary["source"].is_string())
-    throw std::runtime_error(summary_file.string() + ": has no key \"source\", the file of the cell that the envelopes were made of");
-  const std::map<int, std::filesystem::path> files = envelope_files(folder);
-  if (files.empty()) throw std::runtime_error(folder.string() + ": has no yarn_<number>.off");
-
+  const std::filesystem::path fibers = folder / "fibers.vtkhdf";
+  if (!std::filesystem::exists(fibers)) throw std::runtime_error(fibers.string() + ": is not there; give a folder that `heddle envelope` wrote");
   CompositeInput input;
-  const std::filesystem::path source = source_file(folder, summary["source"].get<std::string>());
-  input.source = weave::read_results(source);
-  input.case_name =
-      input.source.case_toml.empty() ? source.stem().string() : weave::parse_case(input.source.case_toml, source.string()).name;
+  input.source = weave::read_results(fibers);
+  input.case_name = input.source.case_toml.empty() ? folder.stem().string() : weave::parse_case(input.source.case_toml, fibers.string()).name;
   const weave::Snapshot& cell = input.source.snapshot;
-  if (!(cell.cell_length > 0)) throw std::runtime_error(source.string() + ": is of no unit cell");
   std::map<int, bool> wefts;
   for (std::size_t f = 0; f < cell.fibers(); ++f) wefts[cell.yarn[f]] = cell.weft[f] != 0;
-  for (const auto& [yarn, weft] : wefts)
-    if (!files.contains(yarn))
-      throw std::runtime_error(folder.string() + ": yarn " + std::to_string(yarn) + " of " + source.string() + " has no envelope");
-  for (const auto& [yarn, file] : files) {
-    if (!wefts.contains(yarn)) throw std::runtime_error(file.string() + ": " + source.string() + " has no yarn " + std::to_string(yarn));
+  for (const auto& [yarn, weft] : wefts) {
+    const std::filesystem::path file = folder / fmt::format("{}_{}.off", weft ? "weft" : "warp", yarn);
+    if (!std::filesystem::exists(file)) throw std::runtime_error(file.string() + ": is not there; `heddle envelope` writes it with --formats off");
     relax::YarnEnvelope envelope;
     envelope.yarn = yarn;
-    envelope.weft = wefts[yarn];
+    envelope.weft = weft;
     envelope.surface = relax::read_closed_off(file);
     input.envelopes.push_back(std::move(envelope));
   }

@@ -12,7 +12,7 @@ namespace heddle {
 
 /// What the commands that mesh a composite unit cell have in common.
 struct CompositeOptions {
-  std::filesystem::path input;  ///< folder that `heddle envelope` wrote: yarn_<number>.off, and summary.json, whose "source" names the cell
+  std::filesystem::path input;  ///< folder that `heddle envelope` wrote: fibers.vtkhdf, and an OFF file for each yarn
   std::filesystem::path output;   ///< folder of the results
   std::vector<int> voxels;        ///< along x, y, z; empty: by voxel_size or elements
   double voxel_size = 0;          ///< [m]; 0: by elements
@@ -35,8 +35,8 @@ struct CompositeInput {
   std::string case_name;
 };
 
-/// Reads a folder of envelopes. Throws std::runtime_error naming the file and what is wrong: no summary.json or none with "source", no
-/// yarn_<number>.off, a yarn that the cell does not have, an envelope for not every yarn.
+/// Reads a folder of envelopes. Throws std::runtime_error naming the file and what is wrong: no fibers.vtkhdf, no surface of a yarn, or one that is
+/// not closed.
 CompositeInput read_composite_input(const std::filesystem::path& folder);
 
 relax::VoxelOptions voxel_options(const CompositeOptions& options);

@@ -8,6 +8,7 @@
 #include "heddle/surface_files.hpp"
 #include "heddle/view.hpp"
 #include "relax/envelope.hpp"
+#include "relax/version.hpp"
 #include "weave/case.hpp"
 #include "weave/results.hpp"
 #include "weave/tables.hpp"
@@ -116,6 +117,7 @@ int envelope_command(const EnvelopeCommandOptions& options) {
     weave::write_text_file(output / (name_of(e) + "_sections.csv"), weave::to_csv(tables.back()));
   }
   weave::write_tables(output / "sections.h5", tables);
+  weave::write_results(output / "fibers.vtkhdf", {envelopes.fibers, {}, results.case_toml, relax::version()});
   draw_sections(results, envelopes, output);
   for (const std::string& format : options.formats) {
     for (const NamedSurface& s : surfaces) write_surfaces(output / (s.name + "." + format), std::span(&s, 1));

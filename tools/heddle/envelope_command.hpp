@@ -12,7 +12,7 @@ struct EnvelopeCommandOptions {
   double ring_distance = 0;         ///< [fiber diameters]; 0: two edge lengths
   double ball_radius = 2;           ///< [fiber diameters]
   double gap = 0.05;                ///< [fiber diameters]
-  std::vector<std::string> formats = {"vtp", "stl"};
+  std::vector<std::string> formats = {"off", "vtp", "stl"};
 };
 
 /// Makes the surfaces of a unit cell's yarns; writes them one by one and together, their sections as CSV and HDF5, pictures, and
