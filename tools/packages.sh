@@ -18,6 +18,8 @@ build_packages=(
   libcgal-dev
   libgmp-dev
   libmpfr-dev
+  libjs-three
+  calculix-ccx
 )
 
 test_packages=(
@@ -25,7 +27,6 @@ test_packages=(
   libgmock-dev
   libbenchmark-dev
   python3-vtk9
-  calculix-ccx
 )
 
 # install_missing PACKAGE...: installs those that are not there; asks apt for nothing if all are.

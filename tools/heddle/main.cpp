@@ -8,6 +8,7 @@
 #include "homogenize_command.hpp"
 #include "mesh_command.hpp"
 #include "relax_command.hpp"
+#include "run_command.hpp"
 #include "view.hpp"
 #include "weave/case.hpp"
 #include "weave/version.hpp"
@@ -114,6 +115,17 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"direct", "iterative", "auto"}));
   homogenize_app->add_flag("!--no-mesh-error", homogenize.mesh_error, "do not also solve on a coarser mesh");
 
+  heddle::PipelineOptions pipeline;
+  CLI::App* run_app = app.add_subcommand("run", "Weave a case, relax its cell, make the yarns' surfaces and the composite's stiffness, and a page of it all");
+  run_app->add_option("case", pipeline.case_file, "case file (TOML), or a folder with a case.toml")->required();
+  run_app->add_option("-o,--output", pipeline.output, "results folder (default results/NAME)");
+  run_app->add_option("--set", pipeline.overrides, "change a value: key.path=value")->type_name("KEY=VALUE");
+  run_app->add_option("--until", pipeline.until, "last stage")->capture_default_str()->check(CLI::IsMember({"weave", "relax", "envelope", "homogenize"}));
+  run_app->add_option("--fibers", pipeline.fibers, "digital fibers a yarn of the relaxed cell (default as woven)")->check(CLI::Range(1, 1000));
+  run_app->add_option("--elements", pipeline.elements, "of the homogenized mesh, about")->capture_default_str()->check(CLI::Range(8, 10000000));
+  run_app->add_flag("--unconverged", pipeline.unconverged, "go on with a relaxed cell that is no certified minimum");
+  run_app->add_flag("-q,--quiet", pipeline.quiet, "no progress");
+
   heddle::ViewOptions view;
   CLI::App* view_app = app.add_subcommand("view", "Draw pictures of a result");
   view_app->add_option("result", view.results, "results folder or .vtkhdf file")->required();
@@ -131,6 +143,7 @@ int main(int argc, char** argv) {
     if (*relax_app) return heddle::relax_command(relax);
     if (*envelope_app) return heddle::envelope_command(envelope);
     if (*mesh_app) return heddle::mesh_command(mesh);
+    if (*run_app) return heddle::run_command(pipeline);
     if (*homogenize_app) return heddle::homogenize_command(homogenize);
     if (view.output.empty()) {
       view.output = (std::filesystem::is_directory(view.results) ? view.results : view.results.parent_path()) / "pictures";

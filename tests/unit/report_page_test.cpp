@@ -1,0 +1,78 @@
+#include "heddle/report_page.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "weave/results.hpp"
+
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+/// Test vectors of RFC 4648, section 10, and a byte above 127.
+TEST(base64, gives_the_vectors_of_its_standard) {
+  EXPECT_EQ(heddle::base64(""), "");
+  EXPECT_EQ(heddle::base64("f"), "Zg==");
+  EXPECT_EQ(heddle::base64("fo"), "Zm8=");
+  EXPECT_EQ(heddle::base64("foo"), "Zm9v");
+  EXPECT_EQ(heddle::base64("foob"), "Zm9vYg==");
+  EXPECT_EQ(heddle::base64("foobar"), "Zm9vYmFy");
+  EXPECT_EQ(heddle::base64("\xff\xfe"), "//4=");
+}
+
+class ReportPage : public ::testing::Test {
+ protected:
+  ReportPage() {
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+    weave::write_text_file(folder_ / "summary.json", R"({"picks": 4, "reed_load_max_N": 1.23456789, "note": "a<b & c", "hidden": 1})");
+    weave::write_text_file(folder_ / "picture.png", "not really one");
+    weave::write_text_file(folder_ / "yarn_0.off", "OFF\n4 4 0\n0 0 0\n1e-3 0 0\n0 1e-3 0\n0 0 1e-3\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n");
+  }
+  ~ReportPage() override { std::filesystem::remove_all(folder_); }
+
+  std::filesystem::path folder_ = std::filesystem::temp_directory_path() / "heddle_report_page_test";
+};
+
+TEST_F(ReportPage, holds_keys_and_pictures_and_needs_no_other_file) {
+  heddle::PageContent content;
+  content.title = "three <warps>";
+  content.case_toml = "name = \"three_warp\"";
+  content.stages = {{"Weaving", folder_ / "summary.json", {"picks", "reed_load_max_N", "note", "not_there"}, {folder_ / "picture.png"}}};
+  const std::string page = heddle::report_page(content);
+  EXPECT_THAT(page, HasSubstr("<h1>three &lt;warps&gt;</h1>"));
+  EXPECT_THAT(page, HasSubstr("1.2346"));
+  EXPECT_THAT(page, HasSubstr("a&lt;b &amp; c"));
+  EXPECT_THAT(page, Not(HasSubstr("not_there")));
+  EXPECT_THAT(page, Not(HasSubstr("hidden")));
+  EXPECT_THAT(page, HasSubstr("data:image/png;base64," + heddle::base64("not really one")));
+  EXPECT_THAT(page, HasSubstr("name = &quot;three_warp&quot;"));
+  EXPECT_THAT(page, Not(HasSubstr("http://")));
+  EXPECT_THAT(page, Not(HasSubstr("https://")));
+}
+
+TEST_F(ReportPage, shows_yarns_in_millimeters) {
+  heddle::PageContent content;
+  content.yarns = {{folder_ / "yarn_0.off", true}};
+  const std::string page = heddle::report_page(content);
+  if (page.find("three.js (Debian: libjs-three) was not found") != std::string::npos) GTEST_SKIP() << "three.js is not installed";
+  // The second point, (1, 0, 0) in single precision, from byte 12 on.
+  EXPECT_THAT(page, HasSubstr(R"("points":"AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAA)"));
+  EXPECT_THAT(page, HasSubstr(R"("weft":true)"));
+}
+
+TEST_F(ReportPage, names_a_file_that_is_missing) {
+  heddle::PageContent content;
+  content.stages = {{"Weaving", folder_ / "nothing.json", {}, {}}};
+  try {
+    static_cast<void>(heddle::report_page(content));
+    FAIL() << "a missing summary was taken";
+  } catch (const std::runtime_error& e) {
+    EXPECT_THAT(e.what(), HasSubstr("nothing.json"));
+  }
+}
+
+}  // namespace

@@ -1,0 +1,35 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace heddle {
+
+/// One stage of a pipeline on its page.
+struct PageStage {
+  std::string title;                            ///< e.g. "Weaving"
+  std::filesystem::path summary;                ///< its summary.json
+  std::vector<std::string> keys;                ///< of the summary that the page shows in a table, those that it has
+  std::vector<std::filesystem::path> pictures;  ///< PNG or SVG, in the order shown
+};
+
+/// A yarn's surface to turn with the mouse: closed triangles in an OFF file.
+struct PageYarn {
+  std::filesystem::path surface;
+  bool weft = false;
+};
+
+struct PageContent {
+  std::string title, subtitle, case_toml;
+  std::vector<PageStage> stages;
+  std::vector<PageYarn> yarns;
+};
+
+/// The page as HTML that needs no other file and no network: pictures and surfaces are in it, and three.js where the machine has it
+/// (Debian: libjs-three); without it the page says so in the place of the yarns. Throws std::runtime_error naming a file that it can not read.
+std::string report_page(const PageContent& content);
+
+/// Bytes in base 64 (RFC 4648), as the page holds pictures and surfaces.
+std::string base64(const std::string& bytes);
+
+}  // namespace heddle

@@ -1,0 +1,194 @@
+#include "run_command.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "envelope_command.hpp"
+#include "homogenize_command.hpp"
+#include "relax_command.hpp"
+#include "report_page.hpp"
+#include "view.hpp"
+#include "weave/case.hpp"
+#include "weave/results.hpp"
+#include "weave/version.hpp"
+#include "weave_command.hpp"
+
+namespace heddle {
+namespace {
+
+using nlohmann::ordered_json;
+using std::filesystem::path;
+
+constexpr std::array<const char*, 4> stage_names = {"weave", "relax", "envelope", "homogenize"};
+
+/// Content of a stage's stage.json; null where there is none or it is not whole.
+ordered_json read_stage(const path& file) {
+  std::ifstream in(file);
+  return in ? ordered_json::parse(in, nullptr, false) : ordered_json();
+}
+
+/// Stages in folders of their own, each with a stage.json that says what it was made from.
+class Pipeline {
+ public:
+  explicit Pipeline(path folder) : folder_(std::move(folder)) {}
+
+  [[nodiscard]] path folder_of(const std::string& stage) const { return folder_ / stage; }
+
+  /// Runs a stage unless its last run had the same inputs and finished. `work` is told whether an unfinished run had them; it returns the exit
+  /// status. Returns the same.
+  int run(const std::string& stage, ordered_json inputs, const std::function<int(bool unfinished)>& work) {
+    inputs["after"] = inputs_;
+    inputs_ = std::move(inputs);
+    const path file = folder_of(stage) / "stage.json";
+    const ordered_json before = read_stage(file);
+    const bool same = before.is_object() && before.value("inputs", ordered_json()) == inputs_;
+    if (same && before.value("finished", false)) {
+      fmt::print("{}: unchanged, kept\n", stage);
+      return before.value("status", 0);
+    }
+    std::filesystem::create_directories(folder_of(stage));
+    weave::write_text_file(file, ordered_json{{"inputs", inputs_}, {"finished", false}}.dump(2) + "\n");
+    const int status = work(same);
+    const bool has_results = std::filesystem::exists(folder_of(stage) / "summary.json");
+    if (has_results && status < 2) weave::write_text_file(file, ordered_json{{"inputs", inputs_}, {"finished", true}, {"status", status}}.dump(2) + "\n");
+    return status;
+  }
+
+ private:
+  path folder_;
+  ordered_json inputs_;  ///< of the last stage, with those of the stages before it
+};
+
+std::vector<path> pictures_in(const path& folder) {
+  std::vector<path> files;
+  if (!std::filesystem::is_directory(folder)) return files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() == ".png") files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// Keys of each stage's summary that a reader asks for first.
+std::vector<std::string> keys_of(const std::string& stage) {
+  if (stage == "weave") {
+    return {"version", "picks", "fibers", "nodes", "steps", "dt_s", "reed_load_max_N", "warp_tension_mean_N", "thickness_m", "thickness_mean_m",
+            "fiber_volume_fraction", "crimp_warp", "crimp_weft", "steadiness", "order_violations", "overlap_max", "energy_residual", "wall_s"};
+  }
+  if (stage == "relax") {
+    return {"converged", "blocked_by", "fibers_per_yarn", "unknowns", "gradient_max", "positive_definite", "newton_step_max", "energy_J", "thickness_m",
+            "thickness_mean_m", "fiber_volume_fraction", "crimp_warp", "crimp_weft", "order_violations", "overlap_max", "iterations", "wall_s"};
+  }
+  if (stage == "envelope") {
+    return {"yarns", "triangles", "closed", "self_intersections", "mutual_intersections", "periodic_mismatch_m", "gap_min_m", "distance_mean_radii",
+            "distance_max_radii", "volume_ratio", "yarn_volume_fraction", "fiber_volume_fraction", "wall_s"};
+  }
+  return {"elements", "fiber", "matrix", "micromechanics", "stiffness_order", "stiffness_Pa", "ex_Pa", "ey_Pa", "ez_Pa", "gxy_Pa", "gyz_Pa", "gxz_Pa",
+          "nu_xy", "nu_xz", "nu_yz", "mesh_error", "wall_s"};
+}
+
+std::vector<PageYarn> yarns_of(const path& envelope) {
+  const weave::Snapshot snapshot = weave::read_results(envelope / "fibers.vtkhdf").snapshot;
+  std::vector<PageYarn> yarns;
+  for (std::size_t f = 0; f < snapshot.fibers(); ++f) {
+    const path surface = envelope / fmt::format("{}_{}.off", snapshot.weft[f] ? "weft" : "warp", snapshot.yarn[f]);
+    const bool known = std::any_of(yarns.begin(), yarns.end(), [&](const PageYarn& y) { return y.surface == surface; });
+    if (!known) yarns.push_back({surface, snapshot.weft[f] != 0});
+  }
+  return yarns;
+}
+
+void draw(const path& folder) {
+  ViewOptions view_options;
+  view_options.results = folder;
+  view_options.output = folder / "pictures";
+  view(view_options);
+}
+
+}  // namespace
+
+int run_command(const PipelineOptions& options) {
+  const weave::Case c = weave::load_case(options.case_file, options.overrides);
+  const auto last = std::find(stage_names.begin(), stage_names.end(), options.until);
+  if (last == stage_names.end()) throw std::invalid_argument("--until " + options.until + ": must be weave, relax, envelope or homogenize");
+  const path output = options.output.empty() ? path("results") / c.name : options.output;
+  Pipeline pipeline(output);
+  const path woven = pipeline.folder_of("weave"), relaxed = pipeline.folder_of("relax"), envelope = pipeline.folder_of("envelope"),
+             homogenized = pipeline.folder_of("homogenize");
+
+  const auto weave_stage = [&] {
+    return pipeline.run("weave", {{"version", weave::version()}, {"case", weave::to_toml(c)}}, [&](bool unfinished) {
+      WeaveOptions o;
+      o.case_file = options.case_file;
+      o.overrides = options.overrides;
+      o.output = woven;
+      o.resume = unfinished && std::filesystem::exists(woven / "checkpoint.h5");
+      o.quiet = options.quiet;
+      const int status = weave_command(o);
+      if (status == 0) draw(woven);
+      return status == 0 ? 0 : std::max(status, 2);
+    });
+  };
+  const auto relax_stage = [&] {
+    const int status = pipeline.run("relax", {{"fibers", options.fibers}}, [&](bool) {
+      RelaxOptions o;
+      o.input = woven;
+      o.output = relaxed;
+      o.fibers = options.fibers;
+      o.quiet = options.quiet;
+      const int result = relax_command(o);
+      if (result < 2) draw(relaxed);
+      return result;
+    });
+    if (status != 1) return status;
+    fmt::print(stderr, "the relaxed cell is no certified minimum{}\n", options.unconverged ? "; going on with it" : "; --unconverged goes on with it");
+    return options.unconverged ? 0 : 1;
+  };
+  const auto envelope_stage = [&] {
+    return pipeline.run("envelope", ordered_json::object(), [&](bool) {
+      EnvelopeCommandOptions o;
+      o.input = relaxed;
+      o.output = envelope;
+      o.formats = {"off", "vtp", "stl"};
+      return envelope_command(o);
+    });
+  };
+  const auto homogenize_stage = [&] {
+    return pipeline.run("homogenize", {{"elements", options.elements}}, [&](bool) {
+      HomogenizeCommandOptions o;
+      o.input = envelope;
+      o.output = homogenized;
+      o.elements = options.elements;
+      return homogenize_command(o);
+    });
+  };
+  const std::array<std::function<int()>, 4> stages = {weave_stage, relax_stage, envelope_stage, homogenize_stage};
+  constexpr std::array<const char*, 4> titles = {"Weaving", "Relaxation", "Yarn envelopes", "Stiffness of the composite"};
+
+  PageContent page;
+  page.title = c.name;
+  page.subtitle = c.title;
+  page.case_toml = weave::to_toml(c);
+  int status = 0;
+  for (std::size_t i = 0; i <= static_cast<std::size_t>(last - stage_names.begin()) && status == 0; ++i) {
+    status = stages[i]();
+    const path folder = pipeline.folder_of(stage_names[i]);
+    if (status >= 2 || !std::filesystem::exists(folder / "summary.json")) break;
+    std::vector<path> pictures = pictures_in(stage_names[i] == std::string("envelope") ? folder : folder / "pictures");
+    page.stages.push_back({titles[i], folder / "summary.json", keys_of(stage_names[i]), std::move(pictures)});
+    if (stage_names[i] == std::string("envelope") && status == 0) page.yarns = yarns_of(envelope);
+  }
+  if (!page.stages.empty()) {
+    weave::write_text_file(output / "report.html", report_page(page));
+    fmt::print("{}: stages in {}, all of them in {}\n", c.name, output.string(), (output / "report.html").string());
+  }
+  return status;
+}
+
+}  // namespace heddle
