@@ -221,7 +221,8 @@ Rings ring_yarn(const YarnFibers& yarn, const EnvelopeOptions& options) {
   const double edge = options.edge_length_m > 0 ? options.edge_length_m : options.edge_length * diameter;
   Rings rings;
   std::vector<FiberSection> sections;
-  rings.stations = place_stations(yarn, options.ring_distance > 0 ? options.ring_distance * diameter : 2 * edge, rings.length, sections);
+  rings.stations = place_stations(yarn, options.ring_distance > 0 ? options.ring_distance * diameter : std::min(2 * edge, diameter),
+                                  rings.length, sections);
   const std::vector<int> growths = fit_balls(yarn, sections, options.ball_radius * diameter, rings.outlines);
   rings.ball_radius = options.ball_radius * diameter * std::pow(ball_growth, *std::max_element(growths.begin(), growths.end()));
   double longest = 0;

@@ -9,7 +9,7 @@ struct EnvelopeCommandOptions {
   std::filesystem::path input;      ///< results folder with relax.vtkhdf or cell.vtkhdf, or such a file
   std::filesystem::path output;     ///< default INPUT/envelope
   std::string edge_length = "0.4";  ///< in fiber diameters, or with a unit of length
-  double ring_distance = 0;         ///< [fiber diameters]; 0: two edge lengths
+  double ring_distance = 0;         ///< [fiber diameters]; 0: two edge lengths, at most 1
   double ball_radius = 2;           ///< [fiber diameters]
   double gap = 0.05;                ///< [fiber diameters]
   std::vector<std::string> formats = {"off", "vtp", "stl"};

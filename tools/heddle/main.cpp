@@ -94,7 +94,8 @@ int main(int argc, char** argv) {
   envelope_app->add_option("-o,--output", envelope.output, "folder (default RESULT/envelope)");
   envelope_app->add_option("--edge-length", envelope.edge_length, "around a section, in fiber diameters, or with a unit: \"5 um\"")
       ->capture_default_str();
-  envelope_app->add_option("--ring-distance", envelope.ring_distance, "along a yarn [fiber diameters] (default two edge lengths)");
+  envelope_app->add_option("--ring-distance", envelope.ring_distance,
+                           "along a yarn [fiber diameters] (default two edge lengths, at most 1)");
   envelope_app->add_option("--ball-radius", envelope.ball_radius, "of the ball rolled around a section [fiber diameters]")
       ->capture_default_str();
   envelope_app->add_option("--gap", envelope.gap, "least distance between yarns [fiber diameters]")->capture_default_str();

@@ -46,7 +46,7 @@ struct YarnEnvelope {
 struct EnvelopeOptions {
   double edge_length = 0.4;  ///< around a section
   double edge_length_m = 0;  ///< in place of edge_length [m]; 0: none given
-  double ring_distance = 0;  ///< along the yarn; 0: two edge lengths
+  double ring_distance = 0;  ///< along the yarn; 0: two edge lengths, at most 1
   double ball_radius = 2;    ///< rolled around the fibers; grown where it would leave them in several parts
   double gap = 0.05;         ///< least distance between yarns
 };
