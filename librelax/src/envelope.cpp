@@ -72,9 +72,8 @@ SurfaceMesh close_side(const YarnSide& side, const std::vector<std::array<std::u
 std::string describe(const Intrusion& intrusion, const std::vector<YarnSide>& sides) {
   const YarnSide &a = sides[intrusion.side_a], &b = sides[intrusion.side_b];
   return fmt::format(
-      "{} {} and {} {}{} are intermixed: one lies within the other by {:.2f} fiber diameters at ({:.4g}, {:.4g}, {:.4g}) mm, so that there "
-      "are no "
-      "disjoint surfaces that hold their fibers",
+      "{} {} and {} {}{} are intermixed: one lies within the other by {:.2f} fiber diameters at ({:.4g}, {:.4g}, {:.4g}) mm, so that "
+      "no disjoint surfaces of these edge lengths hold their fibers",
       a.weft ? "weft" : "warp", a.yarn, b.weft ? "weft" : "warp", b.yarn, intrusion.side_a == intrusion.side_b ? " beside it" : "",
       intrusion.depth / a.diameter, 1e3 * intrusion.x.x(), 1e3 * intrusion.x.y(), 1e3 * intrusion.x.z());
 }
