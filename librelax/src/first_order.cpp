@@ -78,8 +78,8 @@ double way_max(const Unknowns& unknowns, const Eigen::VectorXd& step) {
 }  // namespace
 
 FirstOrderEnd calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins, const MinimizeOptions& options, double tolerance, int steps_max,
-              MinimizeResult& result) {
-  if (steps_max <= 0) return {};
+                        const std::function<bool()>& pause, FirstOrderState& state, MinimizeResult& result) {
+  if (steps_max <= 0) return FirstOrderEnd::near;
   const Clock::time_point start = Clock::now();
   const double wall_before = result.history.empty() ? 0 : result.history.back().wall;
   const Unknowns unknowns(cell);
@@ -89,16 +89,24 @@ FirstOrderEnd calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins,
     d_max = std::max(d_max, 2 * cell.type_of(f).radius);
   }
   const double scale = result.reference_tension / d_min;
-  ContactList list = find_contacts(cell, result.q, list_skin * d_max, options.first_order_sampling);
+  if (state.step == 0) {
+    state.velocity = Eigen::VectorXd::Zero(unknowns.size);
+    state.list_at = result.q;
+    state.time_step = step_first;
+    state.mixing = mixing_first;
+    state.gradient_least = state.energy_least = 1e300;
+  }
+  Eigen::VectorXd& v = state.velocity;
+  ContactList list = find_contacts(cell, state.list_at, list_skin * d_max, options.first_order_sampling);
   Metric metric(cell);
-  Eigen::VectorXd v = Eigen::VectorXd::Zero(unknowns.size), gradient(unknowns.size);
-  double dt = step_first, mixing = mixing_first;
-  int downhill = 0, metric_age = metric_interval, least_at = 0;
-  double gradient_least = 1e300, energy_least = 1e300;
-  for (int i = 0; i < steps_max; ++i) {
+  Eigen::VectorXd gradient(unknowns.size);
+  int metric_age = metric_interval;
+  for (; state.step < steps_max; ++state.step) {
+    if (metric_age >= metric_interval && pause()) return FirstOrderEnd::paused;
     Clock::time_point stage = Clock::now();
     if (list.late(cell, result.q)) {
       list = find_contacts(cell, result.q, list_skin * d_max, options.first_order_sampling);
+      state.list_at = result.q;
       result.wall.search += seconds_since(stage);
       stage = Clock::now();
     }
@@ -113,33 +121,33 @@ FirstOrderEnd calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins,
       result.wall.first_order_metric += seconds_since(stage);
       metric_age = 1;
     }
-    if (gradient_max <= tolerance || !std::isfinite(energy)) return {i, false};
-    if (gradient_max < (1 - gradient_fall) * gradient_least || energy < energy_least - energy_fall * std::abs(energy)) {
-      gradient_least = std::min(gradient_least, gradient_max);
-      energy_least = std::min(energy_least, energy);
-      least_at = i;
-    } else if (i - least_at >= patience) {
-      return {i, true};
+    if (gradient_max <= tolerance || !std::isfinite(energy)) return FirstOrderEnd::near;
+    if (gradient_max < (1 - gradient_fall) * state.gradient_least || energy < state.energy_least - energy_fall * std::abs(energy)) {
+      state.gradient_least = std::min(state.gradient_least, gradient_max);
+      state.energy_least = std::min(state.energy_least, energy);
+      state.least_at = state.step;
+    } else if (state.step - state.least_at >= patience) {
+      return FirstOrderEnd::stagnated;
     }
 
     const Eigen::VectorXd pull = metric.solve(-gradient);  // M^-1 F
     const double power = -gradient.dot(v);
     if (power > 0) {
       const double speed = std::sqrt(std::max(v.dot(metric.times(v)), 0.0)), size = std::sqrt(std::max(-gradient.dot(pull), 1e-300));
-      v = (1 - mixing) * v + mixing * speed / size * pull;
-      if (++downhill > steps_before_growth) {
-        dt = std::min(step_growth * dt, step_max);
-        mixing *= mixing_decay;
+      v = (1 - state.mixing) * v + state.mixing * speed / size * pull;
+      if (++state.downhill > steps_before_growth) {
+        state.time_step = std::min(step_growth * state.time_step, step_max);
+        state.mixing *= mixing_decay;
       }
     } else {
       v.setZero();
-      dt = std::max(step_fall * dt, step_least);
+      state.time_step = std::max(step_fall * state.time_step, step_least);
       metric_age = metric_interval;
-      mixing = mixing_first;
-      downhill = 0;
+      state.mixing = mixing_first;
+      state.downhill = 0;
     }
-    v += dt * pull;
-    Eigen::VectorXd step = dt * v;
+    v += state.time_step * pull;
+    Eigen::VectorXd step = state.time_step * v;
     const double way = way_max(unknowns, step), limit = way_limit * d_min;
     if (way > limit) {
       step *= limit / way;
@@ -157,7 +165,7 @@ FirstOrderEnd calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins,
     result.history.push_back(p);
     if (options.on_progress) options.on_progress(p);
   }
-  return {steps_max, false};
+  return FirstOrderEnd::near;
 }
 
 }  // namespace relax

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <random>
@@ -66,33 +67,50 @@ std::string name_of(const Cell& cell, const Unknowns& unknowns, Eigen::Index u) 
 
 class Minimization {
  public:
-  Minimization(const Cell& cell, const Eigen::VectorXd& q, const MinimizeOptions& options)
-      : cell_(cell), options_(options), unknowns_(cell), scale_(cell), pins_(pinned_unknowns(cell)) {
-    if (q.size() != unknowns_.size || !q.allFinite())
-      throw std::invalid_argument("minimize: the start has the wrong size or is not finite");
-    result_.q = q;
-    result_.reference_tension = reference_tension(cell, q);
+  Minimization(const Cell& cell, MinimizeState state, const MinimizeOptions& options)
+      : cell_(cell), options_(options), unknowns_(cell), scale_(cell), pins_(pinned_unknowns(cell)), at_(std::move(state)) {
+    const bool newton = at_.newton, first_order = !newton && at_.first_order.step > 0;
+    for (const auto& [wanted, vector] : {std::pair{true, &at_.q}, {newton, &at_.list_at}, {newton, &at_.pattern_at},
+                                         {first_order, &at_.first_order.velocity}, {first_order, &at_.first_order.list_at}}) {
+      if (wanted && (vector->size() != unknowns_.size || !vector->allFinite()))
+        throw std::invalid_argument("minimize: the start has the wrong size or is not finite");
+    }
+    result_.q = at_.q;
+    result_.reference_tension = at_.reference_tension;
+    result_.history = std::move(at_.history);
+    result_.wall = at_.stages;
   }
 
   MinimizeResult run() {
-    double tolerance = options_.first_order_tolerance;
-    int steps_left = options_.first_order_max, iterations_left = options_.iterations_max;
+    if (at_.newton) take_up_newton();
+    result_.analyses = at_.analyses;
+    result_.factorizations = at_.factorizations;
+    const auto pause = [&] { return pause_wanted(); };
     for (bool again = true; again;) {
+      if (!at_.newton) {
+        const FirstOrderEnd end =
+            calm_down(cell_, pins_, options_, at_.tolerance, at_.steps_left, pause, at_.first_order, result_);
+        if (end == FirstOrderEnd::paused) return leave_off();
+        at_.steps_left -= at_.first_order.step;
+        at_.first_order = {};
+        at_.stagnated = end == FirstOrderEnd::stagnated;
+        at_.newton = true;
+        at_.far = 0;
+        find_contacts_anew();
+        evaluate(false);
+        note(0, 0, false);
+      }
       again = false;
-      const FirstOrderEnd first_order = calm_down(cell_, pins_, options_, tolerance, steps_left, result_);
-      steps_left -= first_order.steps;
-      find_contacts_anew();
-      evaluate(false);
-      note(0, 0, false);
-      int far = 0;
-      for (; iterations_left > 0; --iterations_left) {
+      for (; at_.iterations_left > 0; --at_.iterations_left) {
+        if (pause()) return leave_off();
         if (step()) break;
-        far = went_far_ ? far + 1 : 0;
+        at_.far = at_.went_far ? at_.far + 1 : 0;
         // The fibers slide away from a saddle: that way is long, and goes faster in many cheap steps than in a few dear ones.
-        again = far == (first_order.stagnated ? far_steps_after_stagnation : far_steps) && steps_left > 0;
+        again = at_.far == (at_.stagnated ? far_steps_after_stagnation : far_steps) && at_.steps_left > 0;
         if (again) break;
       }
-      tolerance = std::max(0.5 * tolerance, options_.first_order_tolerance_least);
+      at_.newton = false;
+      at_.tolerance = std::max(0.5 * at_.tolerance, options_.first_order_tolerance_least);
     }
     certify_state();
     return std::move(result_);
@@ -104,6 +122,7 @@ class Minimization {
     evaluate(false);
     Certificate& c = result_.certificate;
     c = {};
+    c.energy_error = std::numeric_limits<double>::infinity();
     c.gradient_max = gradient_max(gradient_);
     for (const Eigen::Index pin : pins_)
       c.pin_force_max = std::max(c.pin_force_max, std::abs(force_of_pins_[pin]) / result_.reference_tension);
@@ -112,6 +131,7 @@ class Minimization {
     if (c.positive_definite) {
       const Eigen::VectorXd newton = solve();
       c.newton_step_max = newton.cwiseAbs().maxCoeff(&at) / scale_.diameter_min;
+      c.energy_error = -0.5 * gradient_.dot(newton);
       c.contacts_steady = touches_at(result_.q) == touches_at(result_.q + newton);
     }
     if (!std::isfinite(result_.energy.sum()) || !gradient_.allFinite()) {
@@ -131,12 +151,51 @@ class Minimization {
   [[nodiscard]] const Certificate& certificate() const { return result_.certificate; }
 
  private:
+  [[nodiscard]] double wall() const { return at_.wall + seconds_since(start_); }
+
+  [[nodiscard]] MinimizeState state() const {
+    MinimizeState state = at_;
+    state.q = result_.q;
+    state.history = result_.history;
+    state.reference_tension = result_.reference_tension;
+    state.analyses = result_.analyses;
+    state.factorizations = result_.factorizations;
+    state.stages = result_.wall;
+    state.wall = wall();
+    return state;
+  }
+
+  /// Writes a checkpoint where one is due. Whether to leave off.
+  bool pause_wanted() {
+    if (options_.on_checkpoint && seconds_since(last_checkpoint_) >= options_.checkpoint_interval) {
+      options_.on_checkpoint(state());
+      last_checkpoint_ = Clock::now();
+    }
+    const bool reached = options_.stop_at_iteration >= 0 && result_.history.size() >= static_cast<std::size_t>(options_.stop_at_iteration);
+    return reached || (options_.stop && *options_.stop);
+  }
+
+  MinimizeResult leave_off() {
+    result_.state = state();
+    result_.interrupted = true;
+    result_.certificate.blocked_by = "interrupted";
+    return std::move(result_);
+  }
+
+  /// Contact list, Hessian and gradient of a state in Newton's method.
+  void take_up_newton() {
+    list_ = find_contacts(cell_, at_.list_at, options_.skin * scale_.diameter_max, options_.sampling);
+    renew_pattern(at_.pattern_at);
+    evaluate(false);
+  }
+
   void find_contacts_anew() {
     {
       const Timed timed(result_.wall.search);
       list_ = find_contacts(cell_, result_.q, options_.skin * scale_.diameter_max, options_.sampling);
+      at_.list_at = result_.q;
     }
-    renew_pattern();
+    renew_pattern(result_.q);
   }
 
   /// Whether the contacts have the shares that they would get at the present state.
@@ -145,9 +204,10 @@ class Minimization {
            std::all_of(list_.contacts.begin(), list_.contacts.end(), [](const SpanContact& c) { return c.share == 0.5; });
   }
 
-  void renew_pattern() {
+  void renew_pattern(const Eigen::VectorXd& q) {
     const Timed timed(result_.wall.analysis);
-    hessian_.emplace(hessian_for(cell_, list_, result_.q));
+    at_.pattern_at = q;
+    hessian_.emplace(hessian_for(cell_, list_, q));
     cholesky_ = std::make_unique<Cholesky>(*hessian_);
     result_.factor_nonzeros = cholesky_->nonzeros();
     ++result_.analyses;
@@ -171,7 +231,7 @@ class Minimization {
       }
       if (hessian_->complete()) break;
       if (attempt > 0) throw std::logic_error("minimize: contacts outside the pattern that was made for them");
-      renew_pattern();
+      renew_pattern(result_.q);
     }
     convex_ = convex;
     force_of_pins_ = gradient_;
@@ -206,7 +266,7 @@ class Minimization {
     p.shift = shift;
     p.convex = convex;
     p.touching = result_.contacts.touching;
-    p.wall = seconds_since(start_);
+    p.wall = wall();
     result_.history.push_back(p);
     if (options_.on_progress) options_.on_progress(p);
   }
@@ -221,27 +281,27 @@ class Minimization {
   /// Factorizes so that the step goes downhill: the true Hessian, if need be with a shift, where the last step stayed near; else without its
   /// indefinite terms, and shifted.
   void factorize_for_descent() {
-    if (true_in_ > 0) {
-      --true_in_;
-    } else if (shift_ == 0 && factorize(0)) {
-      true_wait_ = 0;
-      true_shift_ = 0;
+    if (at_.true_in > 0) {
+      --at_.true_in;
+    } else if (at_.shift == 0 && factorize(0)) {
+      at_.true_wait = 0;
+      at_.true_shift = 0;
       return;
-    } else if (!went_far_ && factorize_shifted()) {
+    } else if (!at_.went_far && factorize_shifted()) {
       return;
     } else {
-      true_in_ = true_wait_ = std::min(2 * true_wait_ + 1, 7);
+      at_.true_in = at_.true_wait = std::min(2 * at_.true_wait + 1, 7);
     }
     evaluate(true);
-    while (!factorize(shift_)) shift_ = std::max(10 * shift_, shift_first * result_.reference_tension / scale_.diameter_min);
+    while (!factorize(at_.shift)) at_.shift = std::max(10 * at_.shift, shift_first * result_.reference_tension / scale_.diameter_min);
   }
 
   /// The true Hessian with the least shift that makes it positive definite, within a factor of ten.
   bool factorize_shifted() {
     const double unit = result_.reference_tension / scale_.diameter_min;
-    for (double shift = std::max(0.1 * true_shift_, shift_least * unit); shift <= shift_largest * unit; shift *= 10) {
+    for (double shift = std::max(0.1 * at_.true_shift, shift_least * unit); shift <= shift_largest * unit; shift *= 10) {
       if (!factorize(shift)) continue;
-      true_shift_ = shift;
+      at_.true_shift = shift;
       return true;
     }
     return false;
@@ -257,8 +317,8 @@ class Minimization {
         note(0, 0, false);
         return false;
       }
-      shift_ = 0;
-      true_in_ = 0;
+      at_.shift = 0;
+      at_.true_in = 0;
       if (!factorize(0)) return !options_.leave_saddles || !leave_saddle();
       const Eigen::VectorXd newton = solve();
       if (newton.cwiseAbs().maxCoeff() <= options_.step_tolerance * scale_.diameter_min) return true;
@@ -272,8 +332,8 @@ class Minimization {
   /// less. False: nowhere.
   bool descend(Eigen::VectorXd& direction) {
     const double limit = 0.5 * list_.skin, way = way_max(direction);
-    went_far_ = way > limit;
-    if (went_far_) direction *= limit / way;
+    at_.went_far = way > limit;
+    if (at_.went_far) direction *= limit / way;
     const Eigen::VectorXd before = result_.q;
     if (list_.late(cell_, before + direction)) find_contacts_anew();
     const double slope = gradient_.dot(direction), energy_before = result_.energy.sum();
@@ -295,22 +355,22 @@ class Minimization {
       if (!(falls || (lost && (gradient_max(gradient) < gradient_before || goes_on_down)))) continue;
       result_.q = trial;
       const bool convex = convex_;
-      const double shift = convex ? shift_ : true_shift_;
-      if (share == 1 && !went_far_) {
-        shift_ = shift_ > 1e-3 * shift_first * result_.reference_tension / scale_.diameter_min ? 0.1 * shift_ : 0;
+      const double shift = convex ? at_.shift : at_.true_shift;
+      if (share == 1 && !at_.went_far) {
+        at_.shift = at_.shift > 1e-3 * shift_first * result_.reference_tension / scale_.diameter_min ? 0.1 * at_.shift : 0;
       } else if (share < 0.25) {
-        shift_ = std::max(4 * shift_, shift_first * result_.reference_tension / scale_.diameter_min);
+        at_.shift = std::max(4 * at_.shift, shift_first * result_.reference_tension / scale_.diameter_min);
       }
       evaluate(false);
       note(share * way_max(direction), shift, convex);
       return true;
     }
-    if (convex_ && shift_ > 1e6 * shift_first * result_.reference_tension / scale_.diameter_min) return false;
+    if (convex_ && at_.shift > 1e6 * shift_first * result_.reference_tension / scale_.diameter_min) return false;
     if (!convex_) {  // the step of the true Hessian leads nowhere
-      true_in_ = true_wait_ = std::min(2 * true_wait_ + 1, 7);
-      if (++stalled_ > 3) return false;
+      at_.true_in = at_.true_wait = std::min(2 * at_.true_wait + 1, 7);
+      if (++at_.stalled > 3) return false;
     }
-    shift_ = std::max(10 * shift_, shift_first * result_.reference_tension / scale_.diameter_min);
+    at_.shift = std::max(10 * at_.shift, shift_first * result_.reference_tension / scale_.diameter_min);
     evaluate(false);
     return true;
   }
@@ -346,13 +406,22 @@ class Minimization {
   std::unique_ptr<Cholesky> cholesky_;
   Eigen::VectorXd gradient_, force_of_pins_;
   bool convex_ = false;
-  bool went_far_ = false;  ///< the last step was cut to what the contact list allows
-  double shift_ = 0;       ///< of the Hessian without its indefinite terms [N/m]
-  double true_shift_ = 0;  ///< that made the true Hessian positive definite [N/m]
-  int true_in_ = 0, true_wait_ = 0, stalled_ = 0;
+  MinimizeState at_;  ///< but for what stands in the result until it is asked for
   MinimizeResult result_;
-  Clock::time_point start_ = Clock::now();
+  Clock::time_point start_ = Clock::now(), last_checkpoint_ = start_;
 };
+
+MinimizeState start_at(const Cell& cell, const Eigen::VectorXd& q, const MinimizeOptions& options) {
+  if (q.size() != Unknowns(cell).size || !q.allFinite())
+    throw std::invalid_argument("minimize: the start has the wrong size or is not finite");
+  MinimizeState state;
+  state.q = q;
+  state.reference_tension = reference_tension(cell, q);
+  state.steps_left = options.first_order_max;
+  state.iterations_left = options.iterations_max;
+  state.tolerance = options.first_order_tolerance;
+  return state;
+}
 
 }  // namespace
 
@@ -385,11 +454,15 @@ std::vector<Eigen::Index> pinned_unknowns(const Cell& cell) {
 }
 
 MinimizeResult minimize(const Cell& cell, const Eigen::VectorXd& q, const MinimizeOptions& options) {
-  return Minimization(cell, q, options).run();
+  return Minimization(cell, start_at(cell, q, options), options).run();
+}
+
+MinimizeResult resume(const Cell& cell, const MinimizeState& state, const MinimizeOptions& options) {
+  return Minimization(cell, state, options).run();
 }
 
 Certificate certify(const Cell& cell, const Eigen::VectorXd& q, const MinimizeOptions& options) {
-  Minimization state(cell, q, options);
+  Minimization state(cell, start_at(cell, q, options), options);
   state.certify_state();
   return state.certificate();
 }

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "relax/report.hpp"
@@ -38,6 +39,7 @@ std::string summary_json(const Cell& cell, const MinimizeResult& r, const weave:
   j["newton_step_max"] = c.newton_step_max;
   j["contacts_steady"] = c.contacts_steady;
   j["pin_force_max"] = c.pin_force_max;
+  j["energy_error_J"] = std::isfinite(c.energy_error) ? ordered_json(c.energy_error) : ordered_json();
   j["energy_J"] = {{"bars", r.energy.bars},       {"bending", r.energy.bending}, {"contact", r.energy.contact},
                    {"tension", r.energy.tension}, {"platens", r.energy.platens}, {"sum", r.energy.sum()}};
   j["thickness_m"] = m.thickness;

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <stdexcept>
+#include <string>
 
 #include "weave/assignment.hpp"
+#include "weave/section.hpp"
 
 namespace weave {
 namespace {
@@ -158,6 +161,71 @@ Steadiness steadiness(const Snapshot& a, const Snapshot& b) {
     }
     first = end;
   }
+  return result;
+}
+
+double YarnPath::width() const {
+  double sum = 0;
+  for (const YarnStation& s : stations) sum += s.width;
+  return sum / static_cast<double>(stations.size());
+}
+
+double YarnPath::height() const {
+  double sum = 0;
+  for (const YarnStation& s : stations) sum += s.height;
+  return sum / static_cast<double>(stations.size());
+}
+
+std::vector<YarnPath> yarn_paths(const Snapshot& s, int stations, const Vec3& shift) {
+  if (!(s.cell_length > 0)) throw std::invalid_argument("yarn_paths: the snapshot is not of a unit cell");
+  struct Extent {
+    double low = 1e300, high = -1e300;
+    void hold(double at, double half) {
+      low = std::min(low, at - half);
+      high = std::max(high, at + half);
+    }
+    [[nodiscard]] double size() const { return high - low; }
+  };
+  struct Cut {
+    double first = 0, across = 0, z = 0;
+    int count = 0;
+    Extent wide, tall;
+  };
+  std::map<int, YarnPath> paths;
+  for (std::size_t f = 0; f < s.fibers(); ++f) {
+    paths[s.yarn[f]].yarn = s.yarn[f];
+    paths[s.yarn[f]].weft = s.weft[f] != 0;
+  }
+  for (const bool weft : {false, true}) {
+    const SectionAxis axis = weft ? SectionAxis::y : SectionAxis::x;
+    const double period = weft ? s.cell_width : s.cell_length, period_across = section_period(s, axis);
+    const double face = weft ? shift.y() : s.x_min + shift.x();
+    for (int k = 0; k < stations; ++k) {
+      const double along = face + (k + 0.5) / stations * period;
+      std::map<int, Cut> cuts;
+      for (const SectionCircle& c : cut_section(s, axis, along)) {
+        if (c.weft != weft) continue;
+        Cut& cut = cuts[c.yarn];
+        if (cut.count == 0) cut.first = c.u;
+        const double u = c.u - period_across * std::round((c.u - cut.first) / period_across);  // the image beside the first fiber
+        const double cosine = std::cos(c.angle), sine = std::sin(c.angle);
+        cut.wide.hold(u, c.radius * std::hypot(c.aspect * cosine, sine));
+        cut.tall.hold(c.z, c.radius * std::hypot(c.aspect * sine, cosine));
+        cut.across += u;
+        cut.z += c.z;
+        ++cut.count;
+      }
+      for (auto& [yarn, path] : paths) {
+        if (path.weft != weft) continue;
+        const auto found = cuts.find(yarn);
+        if (found == cuts.end()) throw std::invalid_argument("yarn_paths: a plane cuts no fiber of yarn " + std::to_string(yarn));
+        const Cut& cut = found->second;
+        path.stations.push_back({along, cut.across / cut.count, cut.z / cut.count, cut.wide.size(), cut.tall.size()});
+      }
+    }
+  }
+  std::vector<YarnPath> result;
+  for (auto& [yarn, path] : paths) result.push_back(std::move(path));
   return result;
 }
 

@@ -9,6 +9,7 @@
 #include "hdf5_file.hpp"
 #include "history_file.hpp"
 #include "replace_file.hpp"
+#include "results_file.hpp"
 
 namespace weave {
 
@@ -135,14 +136,18 @@ Snapshot read_snapshot(const Hdf5File& file, const std::filesystem::path& name) 
 
 }  // namespace
 
-void write_results(const std::filesystem::path& file, const ResultsFile& results) {
-  check(file, results.snapshot);
-  Hdf5File out = Hdf5File::create(file);
+void write_results_into(Hdf5File& out, const std::filesystem::path& name, const ResultsFile& results) {
+  check(name, results.snapshot);
   write_snapshot(out, results.snapshot);
   if (!results.history.time_s.empty() || !results.history.beat_time_s.empty()) write_history(out, results.history);
   out.write_text("/meta/format", format_name);
   out.write_text("/meta/case_toml", results.case_toml);
   out.write_text("/meta/version", results.version);
+}
+
+void write_results(const std::filesystem::path& file, const ResultsFile& results) {
+  Hdf5File out = Hdf5File::create(file);
+  write_results_into(out, file, results);
   out.commit();
 }
 
@@ -153,7 +158,7 @@ ResultsFile read_results(const std::filesystem::path& file) {
   ResultsFile results;
   results.snapshot = read_snapshot(in, file);
   check(file, results.snapshot);
-  if (in.has("/history")) results.history = read_history(in);
+  if (in.has("/history/time_s")) results.history = read_history(in);
   results.case_toml = in.read_text("/meta/case_toml");
   results.version = in.read_text("/meta/version");
   return results;

@@ -78,14 +78,19 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 1000));
   relax_app->add_option("--start-fibers", relax.start_fibers, "digital fibers a yarn of a start from topology (default as in the case)")
       ->check(CLI::Range(1, 1000));
-  relax_app->add_option("--warp-tension", relax.warp_tension, "per yarn [N] (default: woven rest lengths; from topology the loom's)")
+  relax_app->add_option("--warp-tension", relax.warp_tension, "per yarn [N] (default: woven tensions; from topology the loom's)")
       ->check(CLI::PositiveNumber);
-  relax_app->add_option("--weft-tension", relax.weft_tension, "per yarn [N] (default: woven rest lengths; from topology the warp's)")
+  relax_app->add_option("--weft-tension", relax.weft_tension, "per yarn [N] (default: woven tensions; from topology the warp's)")
       ->check(CLI::PositiveNumber);
   relax_app->add_option("--pressure", relax.pressure, "of platens above and below [Pa]")->check(CLI::NonNegativeNumber);
   relax_app->add_option("--element-length", relax.element_length, "[fiber diameters]")->check(CLI::PositiveNumber);
   relax_app->add_option("--iterations", relax.iterations, "of Newton's method, at most")->check(CLI::Range(0, 100000));
   relax_app->add_option("--first-order", relax.first_order, "steps of the first-order phases, at most")->check(CLI::Range(0, 1000000));
+  relax_app->add_option("--series", relax.series, "relax the same start at several counts of digital fibers a yarn, e.g. 19,37,61")
+      ->delimiter(',')
+      ->check(CLI::Range(1, 1000));
+  relax_app->add_option("-j,--threads", relax.threads, "threads (default all)")->check(CLI::Range(1, 1024));
+  relax_app->add_flag("--resume", relax.resume, "go on from the checkpoint in the results folder");
   relax_app->add_flag("-q,--quiet", relax.quiet, "no progress");
 
   heddle::EnvelopeCommandOptions envelope;

@@ -1,14 +1,22 @@
 #include "relax_command.hpp"
 
 #include <fmt/format.h>
+#include <omp.h>
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <sstream>
 #include <stdexcept>
 #include <tuple>
 
 #include "relax/minimize.hpp"
 #include "relax/refine.hpp"
+#include "relax/relaxed_file.hpp"
 #include "relax/report.hpp"
+#include "relax/series.hpp"
 #include "relax/topology_start.hpp"
 #include "relax/version.hpp"
 #include "relax/woven_start.hpp"
@@ -18,6 +26,12 @@
 
 namespace heddle {
 namespace {
+
+using Clock = std::chrono::steady_clock;
+
+std::atomic<bool> stop_wanted = false;
+
+void on_signal(int) { stop_wanted = true; }
 
 void show(const relax::MinimizeProgress& p) {
   fmt::print(stderr, "{:4}  energy {:.9e} J  gradient {:.2e}  step {:.2e} m  shift {:.1e}{}  {} contact points  {:.1f} s\n", p.iteration,
@@ -82,54 +96,239 @@ Start start_of(const RelaxOptions& options) {
   return start;
 }
 
+/// The options that a state depends on, a line for each.
+std::string text_of(const RelaxOptions& o, int fibers) {
+  return fmt::format(
+      "--fibers = {}\n--warp-tension = {}\n--weft-tension = {}\n--pressure = {}\n--element-length = {}\n--iterations = {}\n--first-order = {}\n", fibers,
+      o.warp_tension, o.weft_tension, o.pressure, o.element_length, o.iterations, o.first_order);
+}
+
+/// Throws unless a file was made from the same case with the same options.
+void expect_same(const std::filesystem::path& file, const std::string& case_a, const std::string& case_b, const std::string& options_a,
+                 const std::string& options_b) {
+  if (case_a != case_b) throw std::runtime_error(file.string() + ": is of another case (or the case was changed)");
+  if (options_a == options_b) return;
+  std::istringstream a(options_a), b(options_b);
+  std::string line_a, line_b;
+  while (line_a == line_b && std::getline(a, line_a) && std::getline(b, line_b)) {
+  }
+  throw std::runtime_error(file.string() + ": was made with " + line_a + ", not " + line_b);
+}
+
+/// A cell at its minimum, or where it was left.
+struct Relaxed {
+  relax::Cell cell;
+  relax::MinimizeResult result;
+  weave::Snapshot snapshot;
+  weave::CellMeasures measures;
+};
+
+/// The relaxation of one start with one number of fibers a yarn, and its files.
+class Relaxation {
+ public:
+  Relaxation(const RelaxOptions& options, const Start& start, int fibers, const std::filesystem::path& output)
+      : options_(options), start_(start), fibers_(fibers), output_(output), options_text_(text_of(options, fibers)),
+        case_toml_(weave::to_toml(start.c)) {
+    minimize_.iterations_max = options.iterations;
+    minimize_.first_order_max = options.first_order;
+    minimize_.stop = &stop_wanted;
+    if (!options.quiet) minimize_.on_progress = show;
+    minimize_.on_checkpoint = [this](const relax::MinimizeState& state) { save(state); };
+  }
+
+  Relaxed run() {
+    std::filesystem::create_directories(output_);
+    relax::Cell& cell = relaxed_.cell;
+    cell = start_.cell;
+    cell_start_ = start_q_ = relax::unknowns_at(cell, start_.x);
+    const bool coarser = std::any_of(cell.yarn.begin(), cell.yarn.end(), [&](int yarn) {
+      return std::count(cell.yarn.begin(), cell.yarn.end(), yarn) != fibers_;
+    });
+    const bool wanted = fibers_ > 0 && coarser;
+    bool taken_up = false;
+    relax::MinimizeState state;
+    if (options_.resume && std::filesystem::exists(checkpoint())) {
+      relax::Checkpoint c = relax::read_checkpoint(checkpoint());
+      expect_same(checkpoint(), c.case_toml, case_toml_, c.options, options_text_);
+      if (c.start.size() != start_q_.size() || c.start != start_q_) throw std::runtime_error(checkpoint().string() + ": is of another start");
+      cell = std::move(c.cell);
+      cell_start_ = std::move(c.cell_start);
+      refined_ = c.refined;
+      state = std::move(c.state);
+      wall_before_ = c.wall;
+      taken_up = true;
+    } else if (options_.resume) {
+      throw std::runtime_error(checkpoint().string() + ": there is no checkpoint to resume from");
+    }
+    if (wanted && !refined_) {
+      // The way to the minimum is long: the coarse fibers go most of it.
+      relax::MinimizeOptions rough = minimize_;
+      rough.iterations_max = 0;
+      relaxed_.result = taken_up ? relax::resume(cell, state, rough) : relax::minimize(cell, cell_start_, rough);
+      taken_up = false;
+      if (relaxed_.result.interrupted) return leave_off();
+      const double element_length = options_.element_length > 0 ? options_.element_length : start_.c.numerics.element_length;
+      std::vector<weave::Vec3> x;
+      std::tie(cell, x) = relax::refine(cell, relaxed_.result.q, fibers_, element_length);
+      cell_start_ = relax::unknowns_at(cell, x);
+      refined_ = true;
+    }
+    relaxed_.result = taken_up ? relax::resume(cell, state, minimize_) : relax::minimize(cell, cell_start_, minimize_);
+    if (relaxed_.result.interrupted) return leave_off();
+    finish();
+    return std::move(relaxed_);
+  }
+
+ private:
+  [[nodiscard]] std::filesystem::path checkpoint() const { return output_ / "checkpoint.h5"; }
+  [[nodiscard]] double wall() const { return wall_before_ + std::chrono::duration<double>(Clock::now() - begun_).count(); }
+
+  void save(const relax::MinimizeState& state) const {
+    relax::write_checkpoint(checkpoint(), {case_toml_, options_text_, start_q_, refined_, relaxed_.cell, cell_start_, state, wall()});
+  }
+
+  Relaxed leave_off() {
+    save(relaxed_.result.state);
+    fmt::print(stderr, "interrupted after {} iterations; --resume goes on from {}\n", relaxed_.result.history.size(), checkpoint().string());
+    return std::move(relaxed_);
+  }
+
+  void finish() {
+    const relax::MinimizeResult& result = relaxed_.result;
+    const relax::Cell& cell = relaxed_.cell;
+    relaxed_.snapshot = relax::snapshot_of(cell, result.q);
+    relaxed_.measures = weave::measure_cell(relaxed_.snapshot);
+    const weave::CellMeasures& measures = relaxed_.measures;
+    relax::ReportContext context;
+    context.case_name = start_.c.name;
+    context.case_toml = case_toml_;
+    context.start = start_.woven ? "woven" : "topology";
+    context.mismatch = start_.mismatch;
+    context.violations = relax::order_violations(relax::crossing_order(cell, cell_start_), relax::crossing_order(cell, result.q));
+    context.wall = wall();
+    relax::write_relaxed(output_ / "relax.vtkhdf", {cell, result.q, result.history, case_toml_, options_text_, relax::version()});
+    weave::write_text_file(output_ / "summary.json", relax::summary_json(cell, result, measures, context));
+    std::filesystem::remove(checkpoint());
+
+    fmt::print("{}: {} fibers, {} nodes, {} unknowns, {} iterations in {:.1f} s\n", start_.c.name, cell.fibers(), cell.nodes(), result.q.size(),
+               result.history.size() - 1, context.wall);
+    print_certificate(result);
+    fmt::print("  thickness {:.4g} mm (mean envelopes {:.4g} mm), fiber volume fraction {:.3f}, crimp warp {:.2f} % weft {:.2f} %\n",
+               1e3 * measures.thickness, 1e3 * measures.thickness_mean, measures.fiber_volume_fraction, 1e2 * measures.crimp_warp,
+               1e2 * measures.crimp_weft);
+    fmt::print("  deepest overlap {:.3f} d, {} crossings out of order\n  results in {}\n", result.contacts.overlap_max, context.violations,
+               output_.string());
+  }
+
+  const RelaxOptions& options_;
+  const Start& start_;
+  int fibers_;
+  std::filesystem::path output_;
+  std::string options_text_, case_toml_;
+  relax::MinimizeOptions minimize_;
+  Relaxed relaxed_;
+  Eigen::VectorXd start_q_, cell_start_;  ///< unknowns of the start, and of the cell that is being relaxed
+  bool refined_ = false;
+  double wall_before_ = 0;
+  Clock::time_point begun_ = Clock::now();
+};
+
+/// What a series tells about one count, name by name.
+std::vector<std::pair<std::string, double>> figures_of(const Relaxed& r) {
+  const weave::CellMeasures& m = r.measures;
+  std::vector<std::pair<std::string, double>> figures = {{"thickness_m", m.thickness},
+                                                         {"thickness_mean_m", m.thickness_mean},
+                                                         {"fiber_volume_fraction", m.fiber_volume_fraction},
+                                                         {"fiber_volume_fraction_mean", m.fiber_volume_fraction_mean},
+                                                         {"energy_J", r.result.energy.sum()},
+                                                         {"crimp_warp", m.crimp_warp},
+                                                         {"crimp_weft", m.crimp_weft}};
+  double size[2][2] = {}, count[2] = {};
+  for (const weave::YarnPath& path : weave::yarn_paths(r.snapshot)) {
+    size[path.weft][0] += path.width();
+    size[path.weft][1] += path.height();
+    ++count[path.weft];
+  }
+  for (const int weft : {0, 1}) {
+    if (count[weft] == 0) continue;
+    const std::string of = weft ? "weft" : "warp";
+    figures.emplace_back(of + "_width_m", size[weft][0] / count[weft]);
+    figures.emplace_back(of + "_height_m", size[weft][1] / count[weft]);
+  }
+  return figures;
+}
+
+int relax_series(const RelaxOptions& options, const Start& start, const std::filesystem::path& output) {
+  using nlohmann::ordered_json;
+  const auto begun = Clock::now();
+  std::vector<int> counts = options.series;
+  std::sort(counts.begin(), counts.end());
+  if (std::adjacent_find(counts.begin(), counts.end()) != counts.end()) throw std::invalid_argument("--series: a count stands there twice");
+  std::vector<std::vector<std::pair<std::string, double>>> figures;
+  ordered_json rows = ordered_json::array();
+  bool all_converged = true;
+  for (const int n : counts) {
+    const auto since = Clock::now();
+    const Relaxed relaxed = Relaxation(options, start, n, output / fmt::format("fibers_{}", n)).run();
+    if (relaxed.result.interrupted) return 130;
+    figures.push_back(figures_of(relaxed));
+    ordered_json row = {{"fibers_per_yarn", n}, {"converged", relaxed.result.certificate.converged}};
+    for (const auto& [name, value] : figures.back()) row[name] = value;
+    row["wall_s"] = std::chrono::duration<double>(Clock::now() - since).count();
+    rows.push_back(row);
+    all_converged = all_converged && relaxed.result.certificate.converged;
+  }
+  ordered_json endless;
+  fmt::print("\n{:<28}", "fibers a yarn");
+  for (const int n : counts) fmt::print("{:>13}", n);
+  fmt::print("{:>28}\n", counts.size() < 3 ? "" : "extrapolated");
+  for (std::size_t i = 0; i < figures.front().size(); ++i) {
+    const std::string& name = figures.front()[i].first;
+    std::vector<double> values;
+    fmt::print("{:<28}", name);
+    for (const auto& row : figures) {
+      values.push_back(row.at(i).second);
+      fmt::print("{:>13.5g}", values.back());
+    }
+    if (const auto e = relax::extrapolate(counts, values)) {
+      endless[name] = {{"value", e->value}, {"uncertainty", e->uncertainty}};
+      fmt::print("{:>14.5g} +- {:<10.2g}", e->value, e->uncertainty);
+    }
+    fmt::print("\n");
+  }
+  ordered_json j;
+  j["tool"] = "relax";
+  j["case"] = start.c.name;
+  j["start"] = start.woven ? "woven" : "topology";
+  j["version"] = relax::version();
+  j["series"] = rows;
+  j["extrapolated"] = endless;
+  j["extrapolation"] =
+      "least squares of a + b/n over the counts n; uncertainty: the largest difference to that with any one count left out, or with n^(-1/2) or "
+      "n^(-3/2) in place of 1/n; none for fewer than three counts";
+  j["wall_s"] = std::chrono::duration<double>(Clock::now() - begun).count();
+  j["case_toml"] = weave::to_toml(start.c);
+  weave::write_text_file(output / "series.json", j.dump(2) + "\n");
+  fmt::print("series in {}\n", (output / "series.json").string());
+  return all_converged ? 0 : 1;
+}
+
 }  // namespace
 
 int relax_command(const RelaxOptions& options) {
-  const auto start = std::chrono::steady_clock::now();
-  Start state = start_of(options);
-  const weave::Case& c = state.c;
-  relax::Cell& cell = state.cell;
-  cell.pressure = options.pressure;
-  Eigen::VectorXd q = relax::unknowns_at(cell, state.x);
-
-  relax::MinimizeOptions minimize;
-  minimize.iterations_max = options.iterations;
-  minimize.first_order_max = options.first_order;
-  if (!options.quiet) minimize.on_progress = show;
-  if (options.fibers > 0) {
-    // The way to the minimum is long: the coarse fibers go most of it.
-    relax::MinimizeOptions rough = minimize;
-    rough.iterations_max = 0;
-    q = relax::minimize(cell, q, rough).q;
-    const double element_length = options.element_length > 0 ? options.element_length : c.numerics.element_length;
-    std::tie(cell, state.x) = relax::refine(cell, q, options.fibers, element_length);
-    q = relax::unknowns_at(cell, state.x);
-  }
-  const relax::MinimizeResult result = relax::minimize(cell, q, minimize);
-
-  const weave::Snapshot snapshot = relax::snapshot_of(cell, result.q);
-  const weave::CellMeasures measures = weave::measure_cell(snapshot);
-  relax::ReportContext context;
-  context.case_name = c.name;
-  context.case_toml = weave::to_toml(c);
-  context.start = state.woven ? "woven" : "topology";
-  context.mismatch = state.mismatch;
-  context.violations = relax::order_violations(relax::crossing_order(cell, q), relax::crossing_order(cell, result.q));
-  context.wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const std::filesystem::path output = options.output.empty() ? std::filesystem::path("results") / (c.name + "_relaxed") : options.output;
-  std::filesystem::create_directories(output);
-  weave::write_results(output / "relax.vtkhdf", {snapshot, {}, context.case_toml, relax::version()});
-  weave::write_text_file(output / "summary.json", relax::summary_json(cell, result, measures, context));
-
-  fmt::print("{}: {} fibers, {} nodes, {} unknowns, {} iterations in {:.1f} s\n", c.name, cell.fibers(), cell.nodes(), q.size(),
-             result.history.size() - 1, context.wall);
-  print_certificate(result);
-  fmt::print("  thickness {:.4g} mm (mean envelopes {:.4g} mm), fiber volume fraction {:.3f}, crimp warp {:.2f} % weft {:.2f} %\n",
-             1e3 * measures.thickness, 1e3 * measures.thickness_mean, measures.fiber_volume_fraction, 1e2 * measures.crimp_warp,
-             1e2 * measures.crimp_weft);
-  fmt::print("  deepest overlap {:.3f} d, {} crossings out of order\n  results in {}\n", result.contacts.overlap_max, context.violations,
-             output.string());
-  return result.certificate.converged ? 0 : 1;
+  if (options.threads > 0) omp_set_num_threads(options.threads);
+  if (!options.series.empty() && options.fibers > 0) throw std::invalid_argument("--series: gives the counts in place of --fibers");
+  if (!options.series.empty() && options.resume) throw std::invalid_argument("--resume: goes on with one relaxation, not with a series");
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+  Start start = start_of(options);
+  start.cell.pressure = options.pressure;
+  const std::filesystem::path output =
+      options.output.empty() ? std::filesystem::path("results") / (start.c.name + "_relaxed") : options.output;
+  if (!options.series.empty()) return relax_series(options, start, output);
+  const Relaxed relaxed = Relaxation(options, start, options.fibers, output).run();
+  if (relaxed.result.interrupted) return 130;
+  return relaxed.result.certificate.converged ? 0 : 1;
 }
 
 }  // namespace heddle

@@ -10,18 +10,22 @@ struct RelaxOptions {
   std::filesystem::path output;        ///< default ./results/NAME_relaxed
   std::vector<std::string> overrides;  ///< key.path=value
   int fibers = 0;                      ///< per yarn, refined from those of the start; 0: as many as the start has
+  std::vector<int> series;             ///< the same start at each of these counts, in place of `fibers`
   int start_fibers = 0;                ///< per yarn, of a start from topology; 0: as the case has it
-  double warp_tension = 0;             ///< per yarn [N]; 0: the woven rest lengths, from topology the loom's
-  double weft_tension = 0;             ///< per yarn [N]; 0: the woven rest lengths, from topology as the warp
+  double warp_tension = 0;             ///< per yarn [N]; 0: the woven tensions, from topology the loom's
+  double weft_tension = 0;             ///< per yarn [N]; 0: the woven tensions, from topology as the warp
   double pressure = 0;                 ///< of the platens [Pa]
   double element_length = 0;           ///< [fiber diameters]; 0: as the case has it
   int iterations = 300;                ///< of Newton's method, at most
   int first_order = 20000;             ///< steps of its first-order phases, at most
+  int threads = 0;                     ///< 0: all
+  bool resume = false;                 ///< go on from the checkpoint in the results folder
   bool quiet = false;
 };
 
-/// Relaxes a unit cell, shows progress on standard error, writes relax.vtkhdf and summary.json. Returns the exit status: 0 a certified
-/// minimum, 1 not converged.
+/// Relaxes a unit cell, shows progress on standard error, writes relax.vtkhdf and summary.json, and while it runs checkpoint.h5. A series writes these
+/// into a folder fibers_N for each count, and series.json. Returns the exit status: 0 certified minima, 1 not converged, 130 interrupted.
+/// Throws std::runtime_error for a checkpoint of another case, another start or other options.
 int relax_command(const RelaxOptions& options);
 
 }  // namespace heddle

@@ -1,4 +1,5 @@
 #pragma once
+#include <atomic>
 #include <functional>
 #include <string>
 #include <vector>
@@ -19,6 +20,10 @@ struct MinimizeOptions {
   ContactSampling sampling;
   ContactSampling first_order_sampling{0.5, 0.25};  ///< coarser: Newton's method goes on from there
   std::function<void(const struct MinimizeProgress&)> on_progress;
+  std::function<void(const struct MinimizeState&)> on_checkpoint;  ///< to write it down, every `checkpoint_interval`
+  double checkpoint_interval = 60;                                 ///< wall time [s]
+  const std::atomic<bool>* stop = nullptr;                         ///< set from outside: leave off and return
+  int stop_at_iteration = -1;                                      ///< same from this one on
 };
 
 /// One iteration of the minimization.
@@ -34,6 +39,46 @@ struct MinimizeProgress {
   double wall = 0;           ///< since the start [s]
 };
 
+/// What the first-order phase keeps from step to step, beside the positions.
+struct FirstOrderState {
+  int step = 0;              ///< made; 0: at the start
+  Eigen::VectorXd velocity;  ///< (unknowns)
+  Eigen::VectorXd list_at;   ///< unknowns at which the contact list was built
+  double time_step = 0, mixing = 0;
+  int downhill = 0;          ///< steps since the motion last turned uphill
+  int least_at = 0;          ///< step at which the gradient or the energy last came down
+  double gradient_least = 0, energy_least = 0;
+};
+
+struct StageWall {
+  double search = 0, assembly = 0, first_order_metric = 0, analysis = 0, factorization = 0, solution = 0;  ///< [s]
+};
+
+/// Where a minimization is between two iterations: all that it needs to go on to the same bits, beside the cell and the options.
+struct MinimizeState {
+  Eigen::VectorXd q;
+  std::vector<MinimizeProgress> history;
+  double reference_tension = 0;  ///< [N]
+  int steps_left = 0, iterations_left = 0;
+  double tolerance = 0;          ///< of the present first-order phase
+  bool newton = false;           ///< in Newton's method; else in a first-order phase
+  FirstOrderState first_order;
+  bool stagnated = false;        ///< so did the last first-order phase
+
+  // of Newton's method
+  int far = 0;                          ///< steps since one was not cut short
+  Eigen::VectorXd list_at, pattern_at;  ///< unknowns at which the contact list and the pattern of the Hessian were built
+  double shift = 0;                     ///< of the Hessian without its indefinite terms [N/m]
+  double true_shift = 0;                ///< that made the true Hessian positive definite [N/m]
+  bool went_far = false;                ///< the last step was cut to what the contact list allows
+  int true_in = 0, true_wait = 0;       ///< iterations until the true Hessian is tried again, and between the last two trials
+  int stalled = 0;                      ///< times that a step of the true Hessian led nowhere
+
+  int analyses = 0, factorizations = 0;
+  StageWall stages;
+  double wall = 0;  ///< since the start [s]
+};
+
 /// Proof that a state is a strict minimum of the potential, without friction, but for rigid translations and the sliding of closed fibers
 /// along themselves, which are held by pins: each fiber's first node along its fiber, and one node of the cell along each axis.
 struct Certificate {
@@ -42,12 +87,9 @@ struct Certificate {
   double newton_step_max = 0;      ///< largest component of its Newton step [smallest fiber diameters]
   bool contacts_steady = false;    ///< no contact point opens or closes in that step
   double pin_force_max = 0;        ///< largest force of a pin over the reference tension: what the pins against sliding hold
+  double energy_error = 0;         ///< 1/2 g H^-1 g, by which the energy lies above the minimum of its parabola; infinite without one [J]
   bool converged = false;          ///< all of it holds
   std::string blocked_by;          ///< what does not, and where; empty if converged
-};
-
-struct StageWall {
-  double search = 0, assembly = 0, first_order_metric = 0, analysis = 0, factorization = 0, solution = 0;  ///< [s]
 };
 
 struct MinimizeResult {
@@ -60,6 +102,8 @@ struct MinimizeResult {
   double factor_nonzeros = 0;
   int analyses = 0, factorizations = 0;
   StageWall wall;
+  bool interrupted = false;
+  MinimizeState state;  ///< where it was interrupted; else empty
 };
 
 /// Largest prescribed tension of a fiber, or, where there is none, the mean tension of the pulled bars at `q`, or, where there is none of
@@ -75,6 +119,10 @@ std::vector<Eigen::Index> pinned_unknowns(const Cell& cell);
 /// direction of negative curvature. A state that is no certified minimum is returned with what blocks it. Throws std::invalid_argument for
 /// a `q` of wrong size or not finite.
 MinimizeResult minimize(const Cell& cell, const Eigen::VectorXd& q, const MinimizeOptions& options = {});
+
+/// Goes on from where a minimization of the same cell with the same options was interrupted, to the same bits. Throws std::invalid_argument
+/// for a state of wrong size or not finite.
+MinimizeResult resume(const Cell& cell, const MinimizeState& state, const MinimizeOptions& options = {});
 
 /// The certificate of a state, whatever made it.
 Certificate certify(const Cell& cell, const Eigen::VectorXd& q, const MinimizeOptions& options = {});

@@ -1,4 +1,6 @@
 #pragma once
+#include <vector>
+
 #include "weave/snapshot.hpp"
 
 namespace weave {
@@ -26,5 +28,26 @@ struct Steadiness {
   Vec3 shift = Vec3::Zero();  ///< mean displacement of the fibers beside the cell's length [m]
 };
 Steadiness steadiness(const Snapshot& before, const Snapshot& after);
+
+/// A yarn where a plane normal to its period cuts it: the plane x = const for a warp, y = const for a weft.
+struct YarnStation {
+  double along = 0;                ///< x of the plane for a warp, y for a weft [m]
+  double across = 0, z = 0;        ///< centroid of the fibers: y for a warp, x for a weft [m]
+  double width = 0, height = 0;    ///< extent of the fibers across and in z, each with its own elliptic section [m]
+};
+
+/// A yarn's way through a cell.
+struct YarnPath {
+  int yarn = 0;
+  bool weft = false;
+  std::vector<YarnStation> stations;
+  [[nodiscard]] double width() const;   ///< mean over the stations [m]
+  [[nodiscard]] double height() const;
+};
+
+/// Each yarn of a cell, by rising number, cut at `stations` planes evenly spread over its period; the first one lies half an interval behind
+/// the face, moved by `shift` [m]. A fiber that a plane does not cut is left out there. Throws std::invalid_argument if the snapshot is of no
+/// unit cell, or a plane cuts no fiber of a yarn.
+std::vector<YarnPath> yarn_paths(const Snapshot& cell, int stations = 64, const Vec3& shift = Vec3::Zero());
 
 }  // namespace weave

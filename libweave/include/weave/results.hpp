@@ -12,7 +12,7 @@ namespace weave {
 /// without a plug-in), the history under /history, and text under /meta.
 struct ResultsFile {
   Snapshot snapshot;
-  History history;           ///< empty where the file holds a snapshot only
+  History history;           ///< of weaving; empty where the file holds none
   std::string case_toml;     ///< resolved case
   std::string version;       ///< program version and source revision
 };

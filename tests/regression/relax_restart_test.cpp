@@ -1,0 +1,130 @@
+#include <gmock/gmock.h>
+#include <omp.h>
+
+#include <filesystem>
+
+#include "relax/relaxed_file.hpp"
+#include "relax/report.hpp"
+#include "scenes/cells.hpp"
+#include "weave/results.hpp"
+
+namespace {
+
+using namespace scenes;
+
+/// A cell whose minimization passes through both phases, and through the first-order one more than once.
+PosedCell small_cell() { return plain_weave_cell({.fibers = 3, .pitch = 7e-4}, 0.5, 2); }
+
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(const std::string& name) : path_(std::filesystem::path(testing::TempDir()) / ("heddle_" + name)) {}
+  ~TemporaryFile() { std::filesystem::remove(path_); }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+void expect_same_bits(const relax::MinimizeResult& a, const relax::MinimizeResult& b) {
+  EXPECT_EQ(a.q, b.q);
+  EXPECT_EQ(a.certificate.converged, b.certificate.converged);
+  EXPECT_EQ(a.certificate.newton_step_max, b.certificate.newton_step_max);
+  EXPECT_EQ(a.energy.sum(), b.energy.sum());
+  EXPECT_EQ(a.factorizations, b.factorizations);
+  ASSERT_EQ(a.history.size(), b.history.size());
+  for (std::size_t i = 0; i < a.history.size(); ++i) {
+    EXPECT_EQ(a.history[i].energy, b.history[i].energy);
+    EXPECT_EQ(a.history[i].gradient_max, b.history[i].gradient_max);
+  }
+}
+
+TEST(relax_restart, same_bits_after_a_checkpoint_at_any_iteration) {
+  const PosedCell p = small_cell();
+  const Eigen::VectorXd q = p.unknowns();
+  const relax::MinimizeResult straight = relax::minimize(p.cell, q);
+  ASSERT_TRUE(straight.certificate.converged) << straight.certificate.blocked_by;
+  const auto length = static_cast<int>(straight.history.size());
+  const TemporaryFile file("relax_checkpoint.h5");
+  for (const int stop : {0, 7, length / 2, length - 4, length - 1}) {
+    SCOPED_TRACE(stop);
+    relax::MinimizeOptions options;
+    options.stop_at_iteration = stop;
+    const relax::MinimizeResult stopped = relax::minimize(p.cell, q, options);
+    ASSERT_TRUE(stopped.interrupted);
+    EXPECT_FALSE(stopped.certificate.converged);
+    relax::write_checkpoint(file.path(), {"case", "options", q, true, p.cell, q, stopped.state, 1.5});
+    const relax::Checkpoint c = relax::read_checkpoint(file.path());
+    EXPECT_EQ(c.cell_start, q);
+    EXPECT_EQ(c.wall, 1.5);
+    expect_same_bits(relax::resume(c.cell, c.state), straight);
+  }
+}
+
+TEST(relax_restart, checkpoints_on_the_way_change_nothing) {
+  const PosedCell p = small_cell();
+  const relax::MinimizeResult straight = relax::minimize(p.cell, p.unknowns());
+  relax::MinimizeOptions options;
+  options.checkpoint_interval = 0;
+  int written = 0;
+  bool newton = false;
+  options.on_checkpoint = [&](const relax::MinimizeState& state) {
+    ++written;
+    newton = newton || state.newton;
+  };
+  expect_same_bits(relax::minimize(p.cell, p.unknowns(), options), straight);
+  EXPECT_GT(written, 5);
+  EXPECT_TRUE(newton);
+}
+
+TEST(relax_restart, refuses_a_state_of_another_cell) {
+  const PosedCell p = small_cell(), other = plain_weave_cell({.fibers = 1, .pitch = 4e-4}, 0.2, 2);
+  relax::MinimizeOptions options;
+  options.stop_at_iteration = 3;
+  const relax::MinimizeResult stopped = relax::minimize(p.cell, p.unknowns(), options);
+  EXPECT_THROW(relax::resume(other.cell, stopped.state), std::invalid_argument);
+}
+
+TEST(relax_restart, relaxed_file_holds_cell_and_history) {
+  const PosedCell p = small_cell();
+  relax::MinimizeOptions options;
+  options.stop_at_iteration = 20;
+  const relax::MinimizeResult r = relax::minimize(p.cell, p.unknowns(), options);
+  const TemporaryFile file("relax.vtkhdf");
+  relax::write_relaxed(file.path(), {p.cell, r.q, r.history, "the case", "the options", "the version"});
+  EXPECT_TRUE(relax::is_relaxed(file.path()));
+  const relax::RelaxedFile back = relax::read_relaxed(file.path());
+  EXPECT_EQ(back.q, r.q);
+  EXPECT_EQ(back.cell.rest_length, p.cell.rest_length);
+  EXPECT_EQ(back.cell.next, p.cell.next);
+  EXPECT_EQ(back.cell.tension, p.cell.tension);
+  EXPECT_EQ(back.options, "the options");
+  ASSERT_EQ(back.history.size(), r.history.size());
+  EXPECT_EQ(back.history.back().energy, r.history.back().energy);
+  EXPECT_EQ(back.history.back().first_order, r.history.back().first_order);
+  const weave::ResultsFile plain = weave::read_results(file.path());
+  EXPECT_EQ(plain.snapshot.x, relax::snapshot_of(p.cell, r.q).x);
+  EXPECT_TRUE(plain.history.time_s.empty());
+  weave::write_results(file.path(), plain);
+  EXPECT_FALSE(relax::is_relaxed(file.path()));
+  try {
+    relax::read_relaxed(file.path());
+    ADD_FAILURE() << "read a file without a cell";
+  } catch (const std::runtime_error& e) {
+    EXPECT_THAT(e.what(), testing::HasSubstr(file.path().string()));
+  }
+}
+
+TEST(relax_restart, same_bits_for_any_number_of_threads) {
+  const PosedCell p = small_cell();
+  const int threads = omp_get_max_threads();
+  omp_set_num_threads(1);
+  const relax::MinimizeResult one = relax::minimize(p.cell, p.unknowns());
+  omp_set_num_threads(2);
+  const relax::MinimizeResult two = relax::minimize(p.cell, p.unknowns());
+  omp_set_num_threads(threads);
+  expect_same_bits(one, two);
+}
+
+}  // namespace
