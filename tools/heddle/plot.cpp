@@ -100,8 +100,9 @@ void draw_plot(Canvas& canvas, const Plot& plot, Point top_left, double width, d
     for (std::size_t i = 0; i < s.u.size(); ++i) {
       u_low = std::min(u_low, s.u[i]);
       u_high = std::max(u_high, s.u[i]);
-      v_low = std::min(v_low, s.v[i]);
-      v_high = std::max(v_high, s.v[i]);
+      const double error = s.error.empty() ? 0 : s.error[i];
+      v_low = std::min(v_low, s.v[i] - error);
+      v_high = std::max(v_high, s.v[i] + error);
     }
   for (const double band : plot.bands) {
     u_low = std::min(u_low, band);
@@ -123,6 +124,11 @@ void draw_plot(Canvas& canvas, const Plot& plot, Point top_left, double width, d
   for (const Series& s : plot.series) {
     std::vector<Point> points;
     for (std::size_t i = 0; i < s.u.size(); ++i) points.push_back(frame.at(s.u[i], s.v[i]));
+    for (std::size_t i = 0; i < s.error.size(); ++i) {
+      const Point low = frame.at(s.u[i], s.v[i] - s.error[i]), high = frame.at(s.u[i], s.v[i] + s.error[i]);
+      canvas.line({low, high}, s.color, 1.5 * unit);
+      for (const Point& end : {low, high}) canvas.line({{end.x - 6 * unit, end.y}, {end.x + 6 * unit, end.y}}, s.color, 1.5 * unit);
+    }
     if (s.markers)
       for (const Point& p : points) canvas.ellipse(p, 5 * unit, 5 * unit, 0, white, s.color, 2 * unit);
     else

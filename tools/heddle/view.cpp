@@ -405,52 +405,64 @@ struct SectionPlane {
   std::string meaning;  ///< what lies there, for the title
 };
 
-void draw_section(const Scene& scene, const SectionPlane& plane, const std::filesystem::path& file,
-                  const std::vector<YarnLines>* lines = nullptr) {
-  const Snapshot& s = scene.snapshot;
-  std::vector<SectionCircle> circles = cut_section(s, plane.axis, plane.value);
-  std::erase_if(circles, [](const SectionCircle& c) { return c.aspect >= weave::max_section_aspect; });  // drawn as strips
-  const std::vector<Strip> strips = cut_strips(s, plane.axis, plane.value);
-  const std::map<int, std::vector<Point>> outlines = lines ? std::map<int, std::vector<Point>>() : yarn_outlines(s, circles);
+/// What a plane cuts.
+struct Cut {
+  std::vector<SectionCircle> circles;
+  std::vector<Strip> strips;
+  std::map<int, std::vector<Point>> outlines;  ///< of yarns
+  Range z, across;                             ///< of all of it [m]; z with a margin
+  Range u;                                     ///< to show: whole periods, as many as make a picture wider than high [m]
+  double period = 0;                           ///< of u [m]; 0: none
+};
 
-  Range z, across;
-  for (const SectionCircle& c : circles) {
+Cut cut_by(const Scene& scene, const SectionPlane& plane, bool with_outlines = true) {
+  const Snapshot& s = scene.snapshot;
+  Cut cut;
+  cut.circles = cut_section(s, plane.axis, plane.value);
+  std::erase_if(cut.circles, [](const SectionCircle& c) { return c.aspect >= weave::max_section_aspect; });  // drawn as strips
+  cut.strips = cut_strips(s, plane.axis, plane.value);
+  if (with_outlines) cut.outlines = yarn_outlines(s, cut.circles);
+
+  Range& z = cut.z;
+  for (const SectionCircle& c : cut.circles) {
     z.add(c.z - c.aspect * c.radius);
     z.add(c.z + c.aspect * c.radius);
-    across.add(c.u);
+    cut.across.add(c.u);
   }
-  for (const Strip& strip : strips)
+  for (const Strip& strip : cut.strips)
     for (std::size_t i = 0; i < strip.u.size(); ++i) {
       z.add(strip.z[i] - strip.half_width[i]);
       z.add(strip.z[i] + strip.half_width[i]);
-      across.add(strip.u[i]);
+      cut.across.add(strip.u[i]);
     }
   if (!std::isfinite(z.low)) z = {-0.1 * s.cell_width, 0.1 * s.cell_width};
   const double margin = 0.08 * z.length();
   z = {z.low - margin, z.high + margin};
 
-  // Whole periods, as many as make a picture wider than high.
-  const double period = section_period(s, plane.axis);
+  cut.period = section_period(s, plane.axis);
   const double start = plane.axis == SectionAxis::x ? weft_start(scene) : s.x_min;
-  const int periods = period > 0 ? std::clamp(static_cast<int>(std::ceil(1.8 * z.length() / period)), 1, 3) : 1;
-  const Range u = period > 0 ? Range{start, start + periods * period} : Range{s.x_min, s.x_max};
-  const Page page = lay_out(scene, u, z);
-  Canvas canvas(file, scene.width_px, page.height_px);
+  const int periods = cut.period > 0 ? std::clamp(static_cast<int>(std::ceil(1.8 * z.length() / cut.period)), 1, 3) : 1;
+  cut.u = cut.period > 0 ? Range{start, start + periods * cut.period} : Range{s.x_min, s.x_max};
+  return cut;
+}
+
+void draw_cut(Canvas& canvas, const Scene& scene, const Page& page, const Cut& cut, const std::vector<YarnLines>* lines = nullptr) {
+  const double period = cut.period;
   canvas.clip(page.frame.top_left, page.frame.width, page.frame.height);
-  const int from = period > 0 ? static_cast<int>(std::floor((u.low - across.high) / period)) - 1 : 0;
-  const int to = period > 0 ? static_cast<int>(std::ceil((u.high - across.low) / period)) + 1 : 0;
+  const int from = period > 0 ? static_cast<int>(std::floor((cut.u.low - cut.across.high) / period)) - 1 : 0;
+  const int to = period > 0 ? static_cast<int>(std::ceil((cut.u.high - cut.across.low) / period)) + 1 : 0;
   for (int image = from; image <= to; ++image)
-    for (const Strip& strip : strips) draw_strip(canvas, scene, page, strip, image * period);
+    for (const Strip& strip : cut.strips) draw_strip(canvas, scene, page, strip, image * period);
   for (int image = from; image <= to; ++image) {
     const double shift = image * period;
-    for (const auto& [yarn, outline] : outlines) {
+    for (const auto& [yarn, outline] : cut.outlines) {
       std::vector<Point> points;
       for (const Point& p : outline) points.push_back(page.frame.at((p.x + shift) * mm, p.y * mm));
       const Color color = yarn_color(yarn < scene.warps ? yarn : yarn - scene.warps, yarn >= scene.warps);
       canvas.polygon(points, color, 0.16);
       canvas.outline(points, mix(color, {0, 0, 0}, 0.15), 1.2 * scene.unit);
     }
-    for (const SectionCircle& c : circles)
+    for (const SectionCircle& c : cut.circles)
       canvas.ellipse(page.frame.at((c.u + shift) * mm, c.z * mm), c.aspect * c.radius * page.scale, c.radius * page.scale, -c.angle,
                      scene.color(c.fiber, c.stress), mix(scene.yarn(c.fiber), {0, 0, 0}, 0.45), scene.unit);
   }
@@ -464,11 +476,17 @@ void draw_section(const Scene& scene, const SectionPlane& plane, const std::file
       }
     }
   }
-  for (int i = 1; i < periods; ++i) {
-    const double at = (start + i * period) * mm;
-    canvas.line({page.frame.at(at, page.frame.v_min), page.frame.at(at, page.frame.v_max)}, faint_ink, scene.unit, true);
-  }
+  for (double at = cut.u.low + period; period > 0 && at < cut.u.high - 0.5 * period; at += period)
+    canvas.line({page.frame.at(at * mm, page.frame.v_min), page.frame.at(at * mm, page.frame.v_max)}, faint_ink, scene.unit, true);
   canvas.unclip();
+}
+
+/// With lines in the place of the fibers' outlines, where they are given.
+void draw_section(const Scene& scene, const SectionPlane& plane, const std::filesystem::path& file, const std::vector<YarnLines>* lines = nullptr) {
+  const Cut cut = cut_by(scene, plane, lines == nullptr);
+  const Page page = lay_out(scene, cut.u, cut.z);
+  Canvas canvas(file, scene.width_px, page.height_px);
+  draw_cut(canvas, scene, page, cut, lines);
   const bool normal_to_x = plane.axis == SectionAxis::x;
   const std::string title = fmt::format("Section at {} = {} mm", normal_to_x ? "x" : "y", tick_label(plane.value * mm, 1e-3));
   draw_surroundings(canvas, scene, page, plane.meaning.empty() ? title : title + ", " + plane.meaning,
@@ -577,6 +595,58 @@ void draw_section_with_lines(const weave::ResultsFile& results, SectionAxis axis
                              const std::filesystem::path& file) {
   const Scene scene = make_scene(results, ViewOptions{});
   draw_section(scene, {axis, value, "with the yarns' surfaces"}, file, &lines);
+}
+
+void draw_section_panels(const std::vector<SectionPanel>& panels, SectionAxis axis, const std::string& title, const std::filesystem::path& file) {
+  constexpr int width_px = 1600;
+  struct Panel {
+    std::string label, meaning;
+    weave::ResultsFile results;
+    std::optional<Scene> scene;
+    Cut cut;
+  };
+  std::vector<Panel> cuts(panels.size());
+  double u_length = 0, z_length = 0;
+  for (std::size_t i = 0; i < panels.size(); ++i) {
+    Panel& panel = cuts[i];
+    panel.label = panels[i].label;
+    panel.results = weave::read_results(panels[i].results);
+    panel.scene.emplace(make_scene(panel.results, {}));
+    const std::vector<SectionPlane> planes = section_planes(*panel.scene, {});
+    const auto plane = std::find_if(planes.begin(), planes.end(), [&](const SectionPlane& p) { return p.axis == axis; });
+    if (plane == planes.end()) throw std::runtime_error(panels[i].results.string() + ": has no yarns to cut");
+    panel.meaning = plane->meaning;
+    panel.cut = cut_by(*panel.scene, *plane);
+    u_length = std::max(u_length, panel.cut.u.length());
+    z_length = std::max(z_length, panel.cut.z.length());
+  }
+  // As many columns as keep a panel about as high as four lines of text.
+  const double aspect = u_length / z_length;
+  const auto count = static_cast<int>(panels.size());
+  const int columns = std::clamp(static_cast<int>(std::floor(9 / aspect)), 1, std::min(count, 6)), rows = (count + columns - 1) / columns;
+  constexpr double edge = 40, gap = 30, top = 92, label_height = 34, bottom = 60;
+  Page page;
+  const double width = (width_px - 2 * edge - (columns - 1) * gap) / columns;
+  page.scale = width / u_length;
+  const double height = page.scale * z_length;
+  page.height_px = static_cast<int>(std::ceil(top + rows * (label_height + height) + (rows - 1) * gap + bottom));
+  Canvas canvas(file, width_px, page.height_px);
+  canvas.text({edge, 30}, title, {.size = 21, .color = ink, .bold = true});
+  canvas.text({edge, 58}, (axis == SectionAxis::x ? "Section normal to the warp direction, " : "Section normal to the weft direction, ") + cuts.front().meaning + "; one scale for all",
+              {15, faint_ink});
+  for (int i = 0; i < count; ++i) {
+    const Panel& panel = cuts[static_cast<std::size_t>(i)];
+    const Point corner{edge + i % columns * (width + gap), top + i / columns * (label_height + height + gap)};
+    const double middle = (panel.cut.z.low + panel.cut.z.high) / 2;
+    page.frame = {{corner.x, corner.y + label_height}, page.scale * panel.cut.u.length(), height, panel.cut.u.low * mm, panel.cut.u.high * mm,
+                  (middle - z_length / 2) * mm, (middle + z_length / 2) * mm};
+    canvas.text({corner.x, corner.y + label_height / 2}, panel.label, {17, ink});
+    draw_cut(canvas, *panel.scene, page, panel.cut);
+    canvas.frame(page.frame.top_left, page.frame.width, page.frame.height, ink, 1.2);
+  }
+  page.frame = {{edge, 0}, width_px - 2 * edge, page.height_px - bottom, 0, 1, 0, 1};
+  draw_scale_bar(canvas, page, 1);
+  canvas.finish();
 }
 
 std::vector<std::filesystem::path> view(const ViewOptions& options) {

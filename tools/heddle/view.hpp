@@ -43,4 +43,15 @@ struct ViewOptions {
 /// Returns the files written. Throws std::runtime_error naming file or option and what is wrong with it.
 std::vector<std::filesystem::path> view(const ViewOptions& options);
 
+/// A cell among others in one picture.
+struct SectionPanel {
+  std::filesystem::path results;  ///< results file of a unit cell
+  std::string label;
+};
+
+/// Draws the same section of several cells side by side, all at one scale: through the last weft column if normal to x, along the warps of the
+/// first section if normal to y. Throws std::runtime_error naming the file that can not be read or written.
+void draw_section_panels(const std::vector<SectionPanel>& panels, weave::SectionAxis axis, const std::string& title,
+                         const std::filesystem::path& file);
+
 }  // namespace heddle
