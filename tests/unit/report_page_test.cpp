@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "heddle/base64.hpp"
 #include "weave/results.hpp"
 
 namespace {

@@ -9,6 +9,7 @@
 #include "mesh_command.hpp"
 #include "relax_command.hpp"
 #include "run_command.hpp"
+#include "study_command.hpp"
 #include "view.hpp"
 #include "weave/case.hpp"
 #include "weave/version.hpp"
@@ -108,6 +109,7 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->check(CLI::IsMember(heddle::surface_formats))
       ->capture_default_str();
+
   heddle::CompositeOptions mesh;
   CLI::App* mesh_app = app.add_subcommand("mesh", "Mesh a composite unit cell; write VTU, Gmsh, Abaqus and CalculiX files");
   add_composite_options(*mesh_app, mesh);
@@ -132,6 +134,23 @@ int main(int argc, char** argv) {
   run_app->add_flag("--unconverged", pipeline.unconverged, "go on with a relaxed cell that is no certified minimum");
   run_app->add_flag("-q,--quiet", pipeline.quiet, "no progress");
 
+  heddle::StudyOptions study;
+  bool resume_study = false;
+  CLI::App* study_app = app.add_subcommand("study", "Run a case with many values and collect the figures");
+  study_app->add_option("study", study.study_file, "study file (TOML), or a folder with a study.toml")->required();
+  study_app->add_option("-o,--output", study.output, "results folder (default results/NAME)");
+  study_app->add_flag("--list", study.list, "say what would be run, with time and memory; run nothing");
+  study_app->add_option("--only", study.only, "a single run of the study, by its name");
+  study_app->add_option("--jobs", study.jobs, "runs at a time (default from cores and memory)")->check(CLI::Range(1, 100000));
+  study_app->add_option("-j,--threads", study.threads, "threads of each run (default from cores and jobs)")->check(CLI::Range(1, 1024));
+  study_app->add_flag("--resume", resume_study, "go on with what is not finished; this is done without it too");
+  study_app->add_flag("--retry", study.retry, "run those again that failed");
+  study_app->add_option("--engine", study.engine, "local, or slurm: a job array on a cluster")->check(CLI::IsMember({"local", "slurm"}));
+  study_app->add_option("--sbatch", study.sbatch, "option for sbatch, e.g. --sbatch=--partition=long; may be repeated")->type_name("OPTION");
+  study_app->add_option("--program", study.program)->group("");
+  study_app->add_option("--poll", study.poll)->group("");
+  study_app->add_flag("-q,--quiet", study.quiet, "no progress");
+
   heddle::ViewOptions view;
   CLI::App* view_app = app.add_subcommand("view", "Draw pictures of a result");
   view_app->add_option("result", view.results, "results folder or .vtkhdf file")->required();
@@ -151,6 +170,7 @@ int main(int argc, char** argv) {
     if (*mesh_app) return heddle::mesh_command(mesh);
     if (*run_app) return heddle::run_command(pipeline);
     if (*homogenize_app) return heddle::homogenize_command(homogenize);
+    if (*study_app) return heddle::study_command(study);
     if (view.output.empty()) {
       view.output = (std::filesystem::is_directory(view.results) ? view.results : view.results.parent_path()) / "pictures";
     }

@@ -29,7 +29,4 @@ struct PageContent {
 /// (Debian: libjs-three); without it the page says so in the place of the yarns. Throws std::runtime_error naming a file that it can not read.
 std::string report_page(const PageContent& content);
 
-/// Bytes in base 64 (RFC 4648), as the page holds pictures and surfaces.
-std::string base64(const std::string& bytes);
-
 }  // namespace heddle

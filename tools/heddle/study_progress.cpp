@@ -1,0 +1,77 @@
+#include "heddle/study_progress.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+namespace heddle {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point t) {
+  return std::chrono::duration<double>(Clock::now() - t).count();
+}
+
+bool is_over(const RunTask& task) {
+  return task.record.state == RunState::finished || task.record.state == RunState::failed;
+}
+
+}  // namespace
+
+std::string duration_text(double seconds) {
+  const auto s = static_cast<long>(seconds);
+  if (s < 3600) return fmt::format("{}:{:02}", s / 60, s % 60);
+  return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
+}
+
+StudyProgress::StudyProgress(const std::vector<RunTask>& tasks, std::filesystem::path output, int jobs, bool quiet)
+    : tasks_(tasks), output_(std::move(output)), jobs_(jobs), quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1), start_(Clock::now()) {
+  for (const RunTask& task : tasks_) done_at_start_ += done_of(task);
+}
+
+StudyProgress::~StudyProgress() {
+  if (!quiet_ && terminal_) fmt::print(stderr, "\r\033[K");
+}
+
+/// A woven pick leaves a file behind it.
+double StudyProgress::done_of(const RunTask& task) const {
+  if (is_over(task)) return task.cost;
+  std::error_code none;
+  double picks = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(run_folder(output_, *task.run) / "weave" / "picks", none)) picks += entry.path().extension() == ".vtkhdf";
+  const weave::Case& c = task.run->spec;
+  return task.cost * std::min(0.99, picks / (c.cells * c.picks_per_cell()));
+}
+
+void StudyProgress::show() {
+  if (quiet_ || !terminal_ || (shown_ != Clock::time_point() && seconds_since(shown_) < 1)) return;
+  shown_ = Clock::now();
+  double total = 0, done = 0;
+  int over = 0, failed = 0;
+  std::string running;
+  for (const RunTask& task : tasks_) {
+    total += task.cost;
+    done += done_of(task);
+    over += is_over(task);
+    failed += task.record.state == RunState::failed;
+    if (task.record.state == RunState::running) running += (running.empty() ? "" : ", ") + task.run->name;
+  }
+  constexpr std::size_t longest = 50;
+  if (running.size() > longest) running = running.substr(0, longest) + "...";
+  // Before anything is done here, the estimate itself, for threads that all help.
+  const double gone = seconds_since(start_), here = done - done_at_start_;
+  const double left = here > 0 ? gone * (total - done) / here : (total - done) / std::max(1, jobs_);
+  fmt::print(stderr, "\r\033[K{} of {} runs{}, {} gone, {}{} left: {}", over, tasks_.size(), failed > 0 ? fmt::format(" ({} failed)", failed) : "",
+             duration_text(gone), here > 0 ? "" : "about ", duration_text(left), running);
+  std::fflush(stderr);
+}
+
+void StudyProgress::say(const std::string& text) {
+  if (quiet_) return;
+  fmt::print(stderr, "{}{}\n", terminal_ ? "\r\033[K" : "", text);
+  shown_ = {};
+}
+
+}  // namespace heddle
