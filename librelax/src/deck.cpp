@@ -132,7 +132,7 @@ void write_step(Writer& w, const VolumeMesh& mesh, int strain, const DeckOptions
   if (o.program == DeckProgram::abaqus) {
     w.line("*STEP, NAME=STRAIN_{}, PERTURBATION\n*STATIC", strain_names[static_cast<std::size_t>(strain)]);
   } else {
-    w.line("*STEP\n*STATIC, SOLVER={}", o.solver == LinearSolver::direct ? "SPOOLES" : "ITERATIVE CHOLESKY");
+    w.line("*STEP\n*STATIC");
   }
   w.line("*BOUNDARY");
   for (const int c : load_cases(o.periodic_z)) {
@@ -143,9 +143,17 @@ void write_step(Writer& w, const VolumeMesh& mesh, int strain, const DeckOptions
     w.line("*OUTPUT, FIELD\n*NODE OUTPUT\nU\n*ELEMENT OUTPUT\nS, E");
     w.line("** reaction / cell volume = mean stress\n*NODE PRINT, NSET=STRAIN_NORMAL\nRF\n*NODE PRINT, NSET=STRAIN_SHEAR\nRF");
   } else {
+    w.line("*NODE FILE\nU\n*EL FILE\nS, E");
     for (const char axis : {'X', 'Y', 'Z'}) w.line("*NODE PRINT, NSET=HIGH_{}, TOTALS=ONLY\nRF", axis);
   }
   w.line("*END STEP");
+}
+
+void write_green_step(Writer& w, const VolumeMesh& mesh, const DeckOptions& o) {
+  const std::size_t normal = mesh.points.size() + 1;
+  w.line("** displacements of the reference nodes x cell volume = compliance\n*STEP\n*GREEN\n*CLOAD");
+  for (const int c : load_cases(o.periodic_z)) w.line("{}, {}, 1.", c < 3 ? normal : normal + 1, c % 3 + 1);
+  w.line("*NODE PRINT, NSET=STRAIN_NORMAL\nU\n*NODE PRINT, NSET=STRAIN_SHEAR\nU\n*END STEP");
 }
 
 }  // namespace
@@ -183,7 +191,11 @@ std::string deck(const VolumeMesh& mesh, const PeriodicSets& sets, const Constit
   write_materials(w, constituents, bins);
   write_equations(w, mesh, sets);
   w.line("*BOUNDARY\n{}, 1, 3", sets.corner + 1);
-  for (const int strain : load_cases(options.periodic_z)) write_step(w, mesh, strain, options);
+  if (options.loads == DeckLoads::green) {
+    write_green_step(w, mesh, options);
+  } else {
+    for (const int strain : load_cases(options.periodic_z)) write_step(w, mesh, strain, options);
+  }
   return w.take();
 }
 

@@ -4,7 +4,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
+#include <Eigen/LU>
+#include <cerrno>
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
@@ -33,29 +34,30 @@ int run_in(const std::filesystem::path& folder, const std::filesystem::path& pro
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
-/// Sums of nodal forces on the high sides x, y, z (columns) per step [N], from CalculiX's .dat file.
-std::vector<Eigen::Matrix3d> side_forces(const std::filesystem::path& file, std::size_t steps, const std::filesystem::path& log) {
+/// Macroscopic strains for unit forces on the load cases' components (columns) [1/N], from CalculiX' .dat file: for each case a line of
+/// displacements of the node of normal strains, then one of that of the shears.
+Matrix6 strains(const std::filesystem::path& file, const std::vector<int>& cases, const std::filesystem::path& log) {
   std::ifstream stream(file);
-  std::vector<Eigen::Matrix3d> forces(steps, Eigen::Matrix3d::Zero());
-  std::size_t found = 0;
+  Matrix6 result = Matrix6::Zero();
+  std::size_t found = 0;  // nodes
   std::string line;
-  while (found < 3 * steps && std::getline(stream, line)) {
-    const std::size_t at = line.find("for set HIGH_");
-    if (line.find("total force") == std::string::npos || at == std::string::npos) continue;
-    const auto axis = static_cast<Eigen::Index>(line[at + 13] - 'X');
+  while (found < 2 * cases.size() && std::getline(stream, line)) {
+    if (line.find("displacements") == std::string::npos || line.find("for set STRAIN_") == std::string::npos) continue;
+    const Eigen::Index first = line.find("for set STRAIN_SHEAR") == std::string::npos ? 0 : 3;
     while (std::getline(stream, line) && line.find_first_not_of(" \t\r") == std::string::npos) {
     }
     std::istringstream values(line);
-    Eigen::Vector3d force;
-    if (!(values >> force[0] >> force[1] >> force[2]) || !force.allFinite()) break;
-    forces[found / 3].col(axis) = force;
+    std::size_t node = 0;
+    Vec3 displacement;
+    if (!(values >> node >> displacement[0] >> displacement[1] >> displacement[2]) || !displacement.allFinite()) break;
+    result.block<3, 1>(first, cases[found / 2]) = displacement;
     ++found;
   }
-  if (found < 3 * steps) {
-    throw std::runtime_error(file.string() + ": has the forces of " + std::to_string(found / 3) + " of " + std::to_string(steps) +
+  if (found < 2 * cases.size()) {
+    throw std::runtime_error(file.string() + ": has the strains of " + std::to_string(found / 2) + " of " + std::to_string(cases.size()) +
                              " load cases; " + log.string() + " says why CalculiX did not finish");
   }
-  return forces;
+  return result;
 }
 
 }  // namespace
@@ -80,8 +82,8 @@ Homogenization homogenize(const VolumeMesh& mesh, const Constituents& constituen
   const PeriodicSets sets = periodic_sets(mesh, options.periodic_z);
   const MaterialBins bins = bin_materials(mesh, constituents, options.bins);
   const std::filesystem::path data = folder / (name + ".dat"), log = folder / (name + ".log");
-  weave::write_text_file(folder / (name + ".inp"),
-                         deck(mesh, sets, constituents, bins, {DeckProgram::calculix, options.solver, options.periodic_z, options.title}));
+  weave::write_text_file(folder / (name + ".inp"), deck(mesh, sets, constituents, bins,
+                                                        {DeckProgram::calculix, DeckLoads::green, options.periodic_z, options.title}));
   std::filesystem::remove(data);
   const auto start = std::chrono::steady_clock::now();
   const int status = run_in(folder, program, name, log.filename().string());
@@ -93,21 +95,16 @@ Homogenization homogenize(const VolumeMesh& mesh, const Constituents& constituen
   result.capped = bins.capped;
   result.bounds = stiffness_bounds(mesh, constituents, bins);
   const std::vector<int> cases = load_cases(options.periodic_z);
-  const std::vector<Eigen::Matrix3d> forces = side_forces(data, cases.size(), log);
-  constexpr std::array<std::array<Eigen::Index, 2>, 6> pair = {{{0, 0}, {1, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}}};
-  constexpr double square_mm = 1e-6;
-  const Vec3 size = mesh.high - mesh.low;
-  const Vec3 areas = Vec3(size.y() * size.z(), size.x() * size.z(), size.x() * size.y()) / square_mm;
-  Matrix6 c = Matrix6::Zero();
-  for (std::size_t s = 0; s < cases.size(); ++s) {
-    const Eigen::Matrix3d stress = forces[s] * areas.cwiseInverse().asDiagonal() / square_mm;
-    for (const int row : cases) {
-      const auto [i, j] = pair[static_cast<std::size_t>(row)];
-      c(row, cases[s]) = 0.5 * (stress(i, j) + stress(j, i));
-    }
+  constexpr double cubic_mm = 1e-9, mega_pascal = 1e6;
+  const double volume = (mesh.high - mesh.low).prod() / cubic_mm;
+  const Matrix6 raw = strains(data, cases, log) * volume / mega_pascal;  // a force of 1 N is a stress of 1/volume MPa
+  const Matrix6 compliance = 0.5 * (raw + raw.transpose());
+  result.asymmetry = 0.5 * (raw - raw.transpose()).cwiseAbs().maxCoeff() / raw.cwiseAbs().maxCoeff();
+  if (options.periodic_z) {
+    result.stiffness = compliance.inverse();
+  } else {
+    result.stiffness(cases, cases) = Eigen::Matrix3d(compliance(cases, cases)).inverse();
   }
-  result.stiffness = 0.5 * (c + c.transpose());
-  result.asymmetry = 0.5 * (c - c.transpose()).cwiseAbs().maxCoeff() / c.cwiseAbs().maxCoeff();
   return result;
 }
 

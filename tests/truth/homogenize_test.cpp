@@ -20,8 +20,9 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-// CalculiX prints seven digits, and takes constants of ten.
-constexpr double printed = 1e-6;
+// CalculiX prints the compliance with seven digits. Its inverse loses the more of them the worse its condition, which off the fibers' axis
+// is near 100.
+constexpr double printed = 1e-6, inverted = 5e-6;
 
 const TransverseIsotropic aramid_like{120e9, 6e9, 3e9, 0.35, 0.4};
 
@@ -47,7 +48,6 @@ class Homogenize : public ::testing::Test {
   }
   Homogenization solve(const VolumeMesh& mesh, const Constituents& c, bool periodic_z = true) {
     HomogenizeOptions options;
-    options.solver = LinearSolver::direct;
     options.periodic_z = periodic_z;
     return homogenize(mesh, c, options, folder_, "cell");
   }
@@ -83,7 +83,7 @@ TEST_F(Homogenize, OffAxisFibers) {
   const double c30 = std::cos(std::numbers::pi / 6), s30 = 0.5;
   for (const Vec3& axis : {Vec3(c30, s30, 0), Vec3(c30, 0, s30), Vec3(0.3, 0.8, -0.52).normalized()}) {
     const Homogenization r = solve(scenes::yarn_block({2, 2, 2}, {1.5e-3, 1e-3, 0.3e-3}, axis, 0.6), constituents());
-    expect_near(r.stiffness, stiffness(impregnated_yarn(constituents(), 0.6), axis), printed);
+    expect_near(r.stiffness, stiffness(impregnated_yarn(constituents(), 0.6), axis), inverted);
   }
 }
 
@@ -126,7 +126,7 @@ TEST_F(Homogenize, LayersAreALaminate) {
 TEST_F(Homogenize, FreeSidesArePlaneStress) {
   const Vec3 axis = Vec3(0.8, 0.6, 0);
   const Homogenization r = solve(scenes::yarn_block({2, 2, 2}, {1e-3, 1e-3, 0.2e-3}, axis, 0.6), constituents(), false);
-  expect_near(r.stiffness, plane_stress_stiffness(stiffness(impregnated_yarn(constituents(), 0.6), axis)), printed);
+  expect_near(r.stiffness, plane_stress_stiffness(stiffness(impregnated_yarn(constituents(), 0.6), axis)), inverted);
 }
 
 // Hill's connections (J. Mech. Phys. Solids 12 (1964) 199) need only that strains along the fibers and equal ones across can be superposed
@@ -177,15 +177,6 @@ TEST_F(Homogenize, OppositeFacesAreInEquilibrium) {
   double largest = 0;
   for (const Vec3& f : forces) largest = std::max(largest, f.norm());
   for (std::size_t i = 0; i < forces.size(); i += 2) EXPECT_LT((forces[i] + forces[i + 1]).norm(), printed * largest);
-}
-
-TEST_F(Homogenize, IterativeSolverAgrees) {
-  const VolumeMesh mesh = square_yarn({2, 4, 4});
-  const Homogenization direct = solve(mesh, constituents());
-  HomogenizeOptions options;
-  options.solver = LinearSolver::iterative;
-  const Homogenization iterative = homogenize(mesh, constituents(), options, folder_, "iterative");
-  expect_near(iterative.stiffness, direct.stiffness, 1e-3);  // it stops at a residual of 1e-4
 }
 
 TEST_F(Homogenize, AFailureIsNamed) {

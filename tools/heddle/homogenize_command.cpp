@@ -64,9 +64,6 @@ Solved solve(const CompositeInput& input, const relax::Constituents& constituent
   o.periodic_z = !options.free_z;
   o.bins = options.bins;
   o.title = input.case_name + ", unit cell";
-  const bool direct = options.solver == "direct" ||
-                      (options.solver == "auto" && solved.voxels.mesh.elements() <= static_cast<std::size_t>(direct_elements_largest));
-  o.solver = direct ? relax::LinearSolver::direct : relax::LinearSolver::iterative;
   solved.result = relax::homogenize(solved.voxels.mesh, constituents, o, folder, name);
   return solved;
 }

@@ -20,7 +20,7 @@ namespace {
 /// Options of the commands that mesh a composite unit cell.
 void add_composite_options(CLI::App& app, heddle::CompositeOptions& o) {
   app.add_option("envelopes", o.input, "folder that `heddle envelope` wrote")->required();
-  app.add_option("-o,--output", o.output, "results folder");
+  app.add_option("-o,--output", o.output, "results folder (default mesh or homogenized in the folder of the envelopes)");
   auto* voxels = app.add_option("--voxels", o.voxels, "elements along x, y and z")->expected(3)->check(CLI::Range(1, 100000));
   auto* size = app.add_option("--voxel-size", o.voxel_size, "edge of an element, about [m]")->check(CLI::PositiveNumber)->excludes(voxels);
   app.add_option("--elements", o.elements, "about so many, twice as long along x and y as high")
@@ -118,9 +118,6 @@ int main(int argc, char** argv) {
   CLI::App* homogenize_app = app.add_subcommand("homogenize", "Stiffness of a composite unit cell, by CalculiX");
   add_composite_options(*homogenize_app, homogenize);
   homogenize_app->add_option("--ccx", homogenize.ccx, "CalculiX")->capture_default_str();
-  homogenize_app->add_option("--solver", homogenize.solver, "direct, iterative, or by the number of elements")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"direct", "iterative", "auto"}));
   homogenize_app->add_flag("!--no-mesh-error", homogenize.mesh_error, "do not also solve on a coarser mesh");
 
   heddle::PipelineOptions pipeline;

@@ -31,7 +31,7 @@ int mesh_command(const CompositeOptions& options) {
   for (const auto& [file, program] :
        {std::pair{"abaqus.inp", relax::DeckProgram::abaqus}, std::pair{"calculix.inp", relax::DeckProgram::calculix}})
     weave::write_text_file(output / file, relax::deck(voxels.mesh, sets, constituents, bins,
-                                                      {program, relax::LinearSolver::iterative, !options.free_z, title}));
+                                                      {program, relax::DeckLoads::unit_strains, !options.free_z, title}));
   const auto written = Clock::now();
 
   nlohmann::ordered_json j = {{"tool", "mesh"}};

@@ -1,5 +1,5 @@
 #pragma once
-#include "composite_input.hpp"
+#include "heddle/composite_input.hpp"
 
 namespace heddle {
 

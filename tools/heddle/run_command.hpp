@@ -11,7 +11,7 @@ struct PipelineOptions {
   std::vector<std::string> overrides;    ///< key.path=value
   std::string until = "homogenize";      ///< last stage: "weave", "relax", "envelope" or "homogenize"
   int fibers = 0;                        ///< per yarn, of the relaxed cell; 0: as woven
-  int elements = 20000;                  ///< of the homogenized mesh, about
+  int elements = 12000;                  ///< of the homogenized mesh, about
   bool unconverged = false;              ///< go on with a relaxed cell that is no certified minimum
   bool quiet = false;
 };

@@ -34,7 +34,7 @@ struct VolumeMesh {
 struct VoxelOptions {
   std::array<int, 3> counts{0, 0, 0};  ///< along x, y, z; zeros: from `size` or `elements`
   double size = 0;                     ///< edge of a voxel, about, rounded so that whole ones fill the cell [m]; 0: from `elements`
-  int elements = 20000;                ///< about so many, twice as long along x and y as they are high
+  int elements = 12000;                ///< about so many, twice as long along x and y as they are high
   double resin_margin = 0;             ///< matrix above the highest and below the lowest envelope [m]
   FieldOptions fields = {};
 };
