@@ -140,7 +140,10 @@ class Minimization {
       gradient_.cwiseAbs().maxCoeff(&at);
       c.blocked_by = "gradient at " + name_of(cell_, unknowns_, at);
     } else if (!c.positive_definite) {
-      c.blocked_by = "no minimum: the Hessian is not positive definite at " + name_of(cell_, unknowns_, cholesky_->failed_at());
+      const std::string place = name_of(cell_, unknowns_, cholesky_->failed_at());
+      c.neutral = factorize(shift_least * result_.reference_tension / scale_.diameter_min);
+      c.blocked_by = c.neutral ? "no strict minimum: nothing holds a slack or free fiber, at " + place
+                               : "no minimum: the Hessian is not positive definite at " + place;
     } else if (!(c.newton_step_max <= options_.step_tolerance)) {
       c.blocked_by = "Newton step at " + name_of(cell_, unknowns_, at);
     } else if (!c.contacts_steady) {

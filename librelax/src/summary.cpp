@@ -36,6 +36,7 @@ std::string summary_json(const Cell& cell, const MinimizeResult& r, const weave:
   j["gradient_max"] = c.gradient_max;
   j["reference_tension_N"] = r.reference_tension;
   j["positive_definite"] = c.positive_definite;
+  j["neutral"] = c.neutral;
   j["newton_step_max"] = c.newton_step_max;
   j["contacts_steady"] = c.contacts_steady;
   j["pin_force_max"] = c.pin_force_max;

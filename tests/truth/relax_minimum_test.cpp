@@ -50,6 +50,35 @@ TEST(relax_minimum, certificate_refuses_a_saddle) {
   EXPECT_LT(below.energy.sum(), saddle.energy.sum() - 1e4 * 64 * d * d * 0.5 * d);  // it came down by about a radius at least
 }
 
+/// A warp at a strain of 0.01, and far above it a straight weft whose bars have another one and that nothing touches: no node feels a force.
+relax::Certificate certificate_of_free_weft(double strain) {
+  relax::Cell cell = empty_cell(8 * d, 8 * d);
+  cell.types[0].compression_factor = 1;
+  std::vector<Vec3> x;
+  for (const bool weft : {false, true}) {
+    relax::CellFiber fiber = straight_fiber(cell, weft, {0, 0, weft ? 5 * d : 0}, 4, weft ? 7 : 3, 0);
+    for (double& l : fiber.rest_length) l /= 1 + (weft ? strain : 0.01);
+    relax::add_fiber(cell, fiber, x);
+  }
+  return relax::certify(cell, relax::unknowns_at(cell, x));
+}
+
+TEST(relax_minimum, certificate_names_a_slack_fiber) {
+  // Across a straight chain of tension T only T / l holds a node. With E A = 6.4 N and l = 2 d that is -3e-5 N/m at a strain of -1e-9, and
+  // 6e-4 N/m are the millionth of the warp's tension over d by which a Hessian may miss being positive definite.
+  const relax::Certificate slack = certificate_of_free_weft(-1e-9);
+  EXPECT_LT(slack.gradient_max, 1e-8);
+  EXPECT_FALSE(slack.converged);
+  EXPECT_TRUE(slack.neutral);
+  EXPECT_THAT(slack.blocked_by, testing::AllOf(testing::HasSubstr("slack"), testing::HasSubstr("yarn 7")));
+  // Pushed as hard as the warp is pulled, the chain buckles.
+  const relax::Certificate pushed = certificate_of_free_weft(-0.01);
+  EXPECT_LT(pushed.gradient_max, 1e-8);
+  EXPECT_FALSE(pushed.converged);
+  EXPECT_FALSE(pushed.neutral);
+  EXPECT_THAT(pushed.blocked_by, testing::HasSubstr("not positive definite"));
+}
+
 TEST(relax_minimum, newton_is_of_higher_than_first_order_near_the_end) {
   const PosedCell p = plain_weave_cell({.fibers = 1, .pitch = 4e-4}, 0.2, 1);
   relax::MinimizeOptions newton;

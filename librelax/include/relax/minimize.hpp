@@ -84,6 +84,8 @@ struct MinimizeState {
 struct Certificate {
   double gradient_max = 0;         ///< largest component of the gradient over the reference tension, pins left out
   bool positive_definite = false;  ///< the Hessian as it is, pins left out
+  bool neutral = false;  ///< it is not, but is with a millionth of the reference tension over the diameter added to its diagonal: a fiber that
+                         ///< is slack, or that nothing touches, is not held
   double newton_step_max = 0;      ///< largest component of its Newton step [smallest fiber diameters]
   bool contacts_steady = false;    ///< no contact point opens or closes in that step
   double pin_force_max = 0;        ///< largest force of a pin over the reference tension: what the pins against sliding hold
