@@ -4,6 +4,7 @@
 #include <exception>
 
 #include "envelope_command.hpp"
+#include "heddle/compare_command.hpp"
 #include "heddle/surface_files.hpp"
 #include "homogenize_command.hpp"
 #include "mesh_command.hpp"
@@ -94,6 +95,12 @@ int main(int argc, char** argv) {
   relax_app->add_flag("--resume", relax.resume, "go on from the checkpoint in the results folder");
   relax_app->add_flag("-q,--quiet", relax.quiet, "no progress");
 
+  heddle::CompareOptions compare;
+  CLI::App* compare_app = app.add_subcommand("compare", "Compare relaxed states of one cell with one another and with the woven one");
+  compare_app->add_option("results", compare.results, "folders that `heddle relax` wrote")->required();
+  compare_app->add_option("--woven", compare.woven, "results folder or .vtkhdf file of the woven cell that they started from");
+  compare_app->add_option("-o,--output", compare.output, "folder (default results/comparison)");
+
   heddle::EnvelopeCommandOptions envelope;
   CLI::App* envelope_app = app.add_subcommand("envelope", "Make closed surfaces of the yarns of a unit cell");
   envelope_app->add_option("result", envelope.input, "results folder or .vtkhdf file of a relaxed or a woven cell")->required();
@@ -163,6 +170,7 @@ int main(int argc, char** argv) {
     if (*check_app) return heddle::check_command(check);
     if (*weave_app) return heddle::weave_command(weave_options);
     if (*relax_app) return heddle::relax_command(relax);
+    if (*compare_app) return heddle::compare_command(compare);
     if (*envelope_app) return heddle::envelope_command(envelope);
     if (*mesh_app) return heddle::mesh_command(mesh);
     if (*run_app) return heddle::run_command(pipeline);

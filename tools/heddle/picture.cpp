@@ -33,6 +33,13 @@ Color yarn_color(int index, bool weft) {
   return weft ? cool[place] : warm[place];
 }
 
+Color state_color(std::size_t index) {
+  // Okabe & Ito 2008, Color Universal Design, without black and yellow.
+  static constexpr std::array<Color, 6> colors = {from_hex(0x0072b2), from_hex(0xd55e00), from_hex(0x009e73),
+                                                  from_hex(0xcc79a7), from_hex(0xe69f00), from_hex(0x56b4e9)};
+  return colors[index % colors.size()];
+}
+
 Color scale_color(double part) {
   // viridis (S. van der Walt, N. Smith, matplotlib 2015) at every eighth.
   static constexpr std::array<Color, 9> stops = {from_hex(0x440154), from_hex(0x472d7b), from_hex(0x3b528b),

@@ -22,6 +22,9 @@ Color mix(Color a, Color b, double part);
 /// Warm hues for warps, cool ones for wefts, such that neighbors differ. index: of the warp or of the weft, from 0.
 Color yarn_color(int index, bool weft);
 
+/// Of the states of one cell that are drawn over one another, from 0: told apart by color-blind readers too; they repeat after six.
+Color state_color(std::size_t index);
+
 /// Perceptually uniform map (viridis) from 0 ... 1; values outside are clamped.
 Color scale_color(double part);
 

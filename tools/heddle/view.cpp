@@ -330,15 +330,24 @@ std::vector<Strip> cut_strips(const Snapshot& s, SectionAxis axis, double value)
   return strips;
 }
 
-void draw_strip(Canvas& canvas, const Scene& scene, const Page& page, const Strip& strip, double shift) {
+struct StripEdges {
   std::vector<Point> upper, lower;
+};
+
+StripEdges edges_of(const Page& page, const Strip& strip, double shift) {
+  StripEdges edges;
   for (std::size_t i = 0; i < strip.u.size(); ++i) {
     const std::size_t before = i == 0 ? 0 : i - 1, after = std::min(i + 1, strip.u.size() - 1);
     const double du = strip.u[after] - strip.u[before], dz = strip.z[after] - strip.z[before];
     const double length = std::max(std::hypot(du, dz), 1e-30), w = strip.half_width[i] / length;
-    upper.push_back(page.frame.at((strip.u[i] + shift - w * dz) * mm, (strip.z[i] + w * du) * mm));
-    lower.push_back(page.frame.at((strip.u[i] + shift + w * dz) * mm, (strip.z[i] - w * du) * mm));
+    edges.upper.push_back(page.frame.at((strip.u[i] + shift - w * dz) * mm, (strip.z[i] + w * du) * mm));
+    edges.lower.push_back(page.frame.at((strip.u[i] + shift + w * dz) * mm, (strip.z[i] - w * du) * mm));
   }
+  return edges;
+}
+
+void draw_strip(Canvas& canvas, const Scene& scene, const Page& page, const Strip& strip, double shift) {
+  const auto [upper, lower] = edges_of(page, strip, shift);
   if (!scene.by_stress) {
     std::vector<Point> whole = upper;
     whole.insert(whole.end(), lower.rbegin(), lower.rend());
@@ -446,11 +455,17 @@ Cut cut_by(const Scene& scene, const SectionPlane& plane, bool with_outlines = t
   return cut;
 }
 
+/// First and last periodic image that may be seen.
+std::pair<int, int> images_shown(const Cut& cut) {
+  if (!(cut.period > 0)) return {0, 0};
+  return {static_cast<int>(std::floor((cut.u.low - cut.across.high) / cut.period)) - 1,
+          static_cast<int>(std::ceil((cut.u.high - cut.across.low) / cut.period)) + 1};
+}
+
 void draw_cut(Canvas& canvas, const Scene& scene, const Page& page, const Cut& cut, const std::vector<YarnLines>* lines = nullptr) {
   const double period = cut.period;
   canvas.clip(page.frame.top_left, page.frame.width, page.frame.height);
-  const int from = period > 0 ? static_cast<int>(std::floor((cut.u.low - cut.across.high) / period)) - 1 : 0;
-  const int to = period > 0 ? static_cast<int>(std::ceil((cut.u.high - cut.across.low) / period)) + 1 : 0;
+  const auto [from, to] = images_shown(cut);
   for (int image = from; image <= to; ++image)
     for (const Strip& strip : cut.strips) draw_strip(canvas, scene, page, strip, image * period);
   for (int image = from; image <= to; ++image) {
@@ -479,6 +494,26 @@ void draw_cut(Canvas& canvas, const Scene& scene, const Page& page, const Cut& c
   for (double at = cut.u.low + period; period > 0 && at < cut.u.high - 0.5 * period; at += period)
     canvas.line({page.frame.at(at * mm, page.frame.v_min), page.frame.at(at * mm, page.frame.v_max)}, faint_ink, scene.unit, true);
   canvas.unclip();
+}
+
+/// Outlines of yarns and fibers in one color.
+void draw_cut_outlines(Canvas& canvas, const Page& page, const Cut& cut, Color color) {
+  const auto [from, to] = images_shown(cut);
+  const Color thin = mix(color, white, 0.35);
+  for (int image = from; image <= to; ++image) {
+    const double shift = image * cut.period;
+    const auto on_page = [&](std::vector<Point> points) {
+      for (Point& p : points) p = page.frame.at((p.x + shift) * mm, p.y * mm);
+      return points;
+    };
+    for (const Strip& strip : cut.strips) {
+      const auto [upper, lower] = edges_of(page, strip, shift);
+      canvas.line(upper, thin, 1);
+      canvas.line(lower, thin, 1);
+    }
+    for (const SectionCircle& c : cut.circles) canvas.outline(on_page(rim(c)), thin, 1);
+    for (const auto& [yarn, outline] : cut.outlines) canvas.outline(on_page(outline), color, 2);
+  }
 }
 
 /// With lines in the place of the fibers' outlines, where they are given.
@@ -647,6 +682,46 @@ void draw_section_panels(const std::vector<SectionPanel>& panels, SectionAxis ax
   page.frame = {{edge, 0}, width_px - 2 * edge, page.height_px - bottom, 0, 1, 0, 1};
   draw_scale_bar(canvas, page, 1);
   canvas.finish();
+}
+
+std::vector<std::filesystem::path> draw_section_overlays(const std::vector<SectionLayer>& layers, const std::string& case_toml,
+                                                         const std::filesystem::path& folder) {
+  std::vector<weave::ResultsFile> results;
+  for (const SectionLayer& layer : layers) results.push_back({layer.snapshot, {}, case_toml, ""});
+  std::vector<Scene> scenes;
+  for (const weave::ResultsFile& r : results) scenes.push_back(make_scene(r, {}));
+  std::vector<std::filesystem::path> written;
+  std::map<SectionAxis, int> count;
+  for (const SectionPlane& plane : section_planes(scenes.front(), {})) {
+    std::vector<Cut> cuts;
+    Range z;
+    for (const Scene& scene : scenes) {
+      Cut& cut = cuts.emplace_back(cut_by(scene, plane));
+      cut.u = cuts.front().u;
+      z.add(cut.z.low);
+      z.add(cut.z.high);
+    }
+    const bool normal_to_x = plane.axis == SectionAxis::x;
+    written.push_back(folder / fmt::format("overlay_{}_{}.png", normal_to_x ? "x" : "y", ++count[plane.axis]));
+    const Page page = lay_out(scenes.front(), cuts.front().u, z);
+    Canvas canvas(written.back(), scenes.front().width_px, page.height_px);
+    canvas.clip(page.frame.top_left, page.frame.width, page.frame.height);
+    for (std::size_t i = 0; i < cuts.size(); ++i) draw_cut_outlines(canvas, page, cuts[i], state_color(i));
+    canvas.unclip();
+    draw_axes(canvas, page.frame, normal_to_x ? "y, weft direction [mm]" : "x, warp direction [mm]", "z [mm]", 1, false);
+    draw_scale_bar(canvas, page, 1);
+    canvas.text({110, 24}, fmt::format("Section normal to the {} direction, {}", normal_to_x ? "warp" : "weft", plane.meaning),
+                {.size = 21, .color = ink, .bold = true});
+    double left = 110;
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+      const TextStyle style{15, ink};
+      canvas.rectangle({left, 51}, 22, 6, state_color(i));
+      canvas.text({left + 30, 54}, layers[i].label, style);
+      left += 56 + canvas.text_width(layers[i].label, style);
+    }
+    canvas.finish();
+  }
+  return written;
 }
 
 std::vector<std::filesystem::path> view(const ViewOptions& options) {

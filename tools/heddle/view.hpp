@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "weave/section.hpp"
+#include "weave/snapshot.hpp"
 
 namespace weave {
 struct ResultsFile;
@@ -53,5 +54,17 @@ struct SectionPanel {
 /// first section if normal to y. Throws std::runtime_error naming the file that can not be read or written.
 void draw_section_panels(const std::vector<SectionPanel>& panels, weave::SectionAxis axis, const std::string& title,
                          const std::filesystem::path& file);
+
+/// One of several states of a cell that are drawn over one another.
+struct SectionLayer {
+  weave::Snapshot snapshot;  ///< of a unit cell
+  std::string label;
+};
+
+/// Draws sections of several states of one cell over one another, a color for each state: the outlines of yarns and fibers, in the planes in
+/// which view() cuts the first one. Writes overlay_x_1.png, overlay_x_2.png ... (normal to x) and overlay_y_1.png ... into `folder` and returns
+/// the files. case_toml: resolved case. Throws std::runtime_error naming the file that can not be written.
+std::vector<std::filesystem::path> draw_section_overlays(const std::vector<SectionLayer>& layers, const std::string& case_toml,
+                                                         const std::filesystem::path& folder);
 
 }  // namespace heddle
