@@ -47,14 +47,6 @@ void add_hessian(const ChainPoint& at, const std::array<std::uint32_t, parts>& n
   }
 }
 
-int samples_on(const Cell& cell, std::uint32_t span, std::uint32_t other, const ContactSampling& sampling) {
-  constexpr double round_off = 1e-9;  // of a span's length, which is often a whole number of diameters: the same spans get as many points
-  const std::uint32_t f = cell.fiber_of[span], g = cell.fiber_of[other];
-  const double d = 2 * std::min(cell.type_of(f).radius, cell.type_of(g).radius);
-  const double apart = cell.yarn[f] == cell.yarn[g] ? sampling.within_yarn : sampling.between_yarns;
-  return std::max(1, static_cast<int>(std::ceil((1 - round_off) * cell.span_length(span) / (apart * d))));
-}
-
 /// How far the nodes of each span have gone since a list was built [m].
 std::vector<double> ways_since(const Cell& cell, const ContactList& list, const Eigen::VectorXd& q) {
   std::vector<double> node(cell.nodes()), span(cell.nodes());
@@ -133,6 +125,14 @@ double sharpness(double bend) {
 }
 
 }  // namespace
+
+int samples_on(const Cell& cell, std::uint32_t span, std::uint32_t other, const ContactSampling& sampling) {
+  constexpr double round_off = 1e-9;  // of a span's length, which is often a whole number of diameters: the same spans get as many points
+  const std::uint32_t f = cell.fiber_of[span], g = cell.fiber_of[other];
+  const double d = 2 * std::min(cell.type_of(f).radius, cell.type_of(g).radius);
+  const double apart = cell.yarn[f] == cell.yarn[g] ? sampling.within_yarn : sampling.between_yarns;
+  return std::max(1, static_cast<int>(std::ceil((1 - round_off) * cell.span_length(span) / (apart * d))));
+}
 
 void share_contacts(const Cell& cell, const Eigen::VectorXd& q, ContactList& list) {
 #pragma omp parallel for schedule(static)

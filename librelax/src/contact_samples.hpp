@@ -5,6 +5,9 @@
 
 namespace relax {
 
+/// Number of points, evenly spread over a span, at which its contact with another fiber is evaluated.
+int samples_on(const Cell& cell, std::uint32_t span, std::uint32_t other, const ContactSampling& sampling);
+
 /// For each contact of a list the least distance from a touch of one of its points at `q`, below 0 if one touches or has no
 /// closest point near by [m].
 std::vector<double> contact_gaps(const Cell& cell, const ContactList& list, const Eigen::VectorXd& q);

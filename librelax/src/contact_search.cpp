@@ -198,17 +198,29 @@ SparseHessian hessian_for(const Cell& cell, const ContactList& list, const Eigen
       for (const std::uint32_t node : own) border_nodes[static_cast<std::size_t>(platen - 3 * unknowns.nodes)].push_back(node);
     }
   }
+  std::vector<std::uint32_t> touched;  // spans that one contact couples its own with
+  const auto couple_once = [&](const std::array<std::uint32_t, 3>& own, std::uint32_t other) {
+    if (std::find(touched.begin(), touched.end(), other) != touched.end()) return;
+    touched.push_back(other);
+    couple_span(own, other);
+  };
   for (const SpanContact& c : list.contacts) {
     const Span own(cell, q, c.span);
-    std::uint32_t last = c.span;
+    const Vec3 shift = image_shift(cell, c.image_x, c.image_y);
+    touched.clear();
     for (const double u : {0.0, 0.25, 0.5, 0.75, 1.0}) {
-      const ChainPoint at = closest_on_chain(cell, q, own.point(u), c.other, image_shift(cell, c.image_x, c.image_y));
+      const ChainPoint at = closest_on_chain(cell, q, own.point(u), c.other, shift);
       if (!at.found) continue;
       const std::uint32_t middle = at.span.node[1];
-      if (middle != last) couple_span(own.node, middle);
-      last = middle;
-      if (at.share < near_joint) couple_span(own.node, cell.before(middle).node);
-      if (at.share > 1 - near_joint) couple_span(own.node, cell.after(middle).node);
+      couple_once(own.node, middle);
+      if (at.share < near_joint) couple_once(own.node, cell.before(middle).node);
+      if (at.share > 1 - near_joint) couple_once(own.node, cell.after(middle).node);
+    }
+    // Where the other axis bends sharply, the points between these may be closest to another span.
+    const int samples = samples_on(cell, c.span, c.other, list.sampling);
+    for (int s = 0; s < samples; ++s) {
+      const ChainPoint at = closest_on_chain(cell, q, own.point((s + 0.5) / samples), c.other, shift);
+      if (at.found) couple_once(own.node, at.span.node[1]);
     }
   }
   return {unknowns.nodes, std::move(pairs), std::move(border_nodes)};
