@@ -116,4 +116,19 @@ TEST(relax_minimum, same_with_and_without_the_first_order_phase) {
   EXPECT_NEAR(a.energy.sum() / b.energy.sum(), 1, 1e-9);
 }
 
+TEST(relax_minimum, damped_motion_alone_reaches_newtons_minimum) {
+  const PosedCell p = plain_weave_cell({.fibers = 3, .pitch = 8e-4}, 0.2, 1);
+  relax::MinimizeOptions newton;
+  newton.first_order_max = 0;
+  relax::MinimizeOptions motion;
+  motion.iterations_max = 0;
+  motion.first_order_tolerance = 1e-7;
+  motion.first_order_sampling = motion.sampling;
+  const relax::MinimizeResult a = relax::minimize(p.cell, p.unknowns(), newton), b = relax::minimize(p.cell, p.unknowns(), motion);
+  ASSERT_TRUE(a.certificate.converged) << a.certificate.blocked_by;
+  ASSERT_LT(b.certificate.gradient_max, 1e-7);
+  EXPECT_NEAR(b.energy.sum() / a.energy.sum(), 1, 1e-9);  // of second order in the gradient, and divided by a stiffness of 1e-4 T / d or more
+  EXPECT_LT((a.q - b.q).cwiseAbs().maxCoeff(), 1e-3 * d);  // of first order: a tenth of what would make two minima of them
+}
+
 }  // namespace
