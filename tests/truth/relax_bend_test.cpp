@@ -53,4 +53,33 @@ TEST(relax_bend, force_passes_steadily_through_the_inside_of_a_sharp_turn) {
   EXPECT_NEAR(SharpTurn(8 * d).force_on_weft() / largest, 0, 1e-9);
 }
 
+TEST(relax_bend, hessian_has_room_for_a_point_that_runs_around_a_bend) {
+  // A warp in short spans around a radius of d, and close to its center a weft that is askew: from one point of the weft's span to the next
+  // the closest point of the warp runs on by more than one of the warp's spans.
+  relax::Cell cell = empty_cell(16 * d, 16 * d);
+  relax::CellFiber warp, weft = straight_fiber(cell, true, {8 * d, 0, 0.2 * d}, 8, 1, 0);
+  warp.x = {{0, 8 * d, -1.3 * d}, {3 * d, 8 * d, -1.3 * d}, {6 * d, 8 * d, -1.3 * d}};
+  for (int k = -10; k <= 10; ++k) warp.x.emplace_back(8 * d + d * std::sin(0.1 * k), 8 * d, d * std::cos(0.1 * k));
+  warp.x.insert(warp.x.end(), {{10 * d, 8 * d, -1.3 * d}, {13 * d, 8 * d, -1.3 * d}});
+  for (std::size_t k = 0; k < warp.x.size(); ++k) {
+    const Vec3 next = k + 1 < warp.x.size() ? warp.x[k + 1] : Vec3(warp.x[0] + Vec3(cell.length_x, 0, 0));
+    warp.rest_length.push_back((next - warp.x[k]).norm());
+  }
+  weft.x[3].x() -= 0.4 * d;
+  weft.x[5].x() += 0.4 * d;
+  std::vector<Vec3> x;
+  relax::add_fiber(cell, warp, x);
+  relax::add_fiber(cell, weft, x);
+  const Eigen::VectorXd q = relax::unknowns_at(cell, x);
+  relax::ContactList list = relax::find_contacts(cell, q, 0.3 * d);
+  std::erase_if(list.contacts, [&](const relax::SpanContact& c) { return cell.fiber_of[c.span] == 0; });  // the warp's make room too
+  list.gap.assign(list.contacts.size(), -1);
+  relax::SparseHessian hessian = relax::hessian_for(cell, list, q);
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(q.size());
+  relax::ContactState state;
+  relax::contact_energy(cell, list, q, {&gradient, &hessian, false}, &state);
+  EXPECT_GT(state.touching, 5U);  // more than the list is probed at, wherever the points are
+  EXPECT_TRUE(hessian.complete());
+}
+
 }  // namespace
