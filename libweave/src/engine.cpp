@@ -63,12 +63,12 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   slack_.assign(n, 0);
   per_fiber_.resize(model_.fibers());
   for (std::uint32_t f = 0; f < model_.fibers(); ++f) refresh_geometry(f);
-  // The first step is too short to move anything: it only shows how stiff the contacts are.
+  // The first step is too short to move anything: it only shows how stiff the contacts are, and how stiff those that the next step may reach.
   if (state_.dt <= 0) state_.dt = options_.time_step > 0 ? options_.time_step : first_step;
   const bool fresh = state_.x_pick.size() != n;
   if (state_.travel.size() != n) state_.travel.assign(n, 0);
   for (std::uint32_t f = 0; f < model_.fibers(); ++f) {
-    find_ways(f, state_.dt_before);
+    find_ways(f, state_.dt_before > 0 ? state_.dt_before : longest_step());
     look_ahead(f);
   }
   if (fresh) {
@@ -585,6 +585,14 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
   }
   list_is_late_ = std::sqrt(moved_pick2) > 0.5 * options_.skin || 2 * moved_max_ + options_.skin > options_.outer_skin;
   return report;
+}
+
+/// Longest step that may be taken, whatever is touched [s].
+double Engine::longest_step() const {
+  if (options_.time_step > 0) return options_.time_step;
+  double speed2 = 0;
+  for (const Vec3& v : state_.v) speed2 = std::max(speed2, v.squaredNorm());
+  return speed2 > 0 ? std::min(options_.time_step_max, options_.motion_max / std::sqrt(speed2)) : options_.time_step_max;
 }
 
 void Engine::choose_time_step(double frequency2, double speed2) {
