@@ -569,10 +569,10 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
   state_.time += state_.dt;
   state_.dt_before = state_.dt;
   ++state_.step;
-  if (!finite || !std::isfinite(speed2)) {
-    report.status = StepStatus::non_finite;
-  } else if (report.overlap_max > options_.overlap_limit) {
+  if (report.overlap_max > options_.overlap_limit) {  // first, as it is what makes the motion run away
     report.status = StepStatus::overlap_too_deep;
+  } else if (!finite || !std::isfinite(speed2)) {
+    report.status = StepStatus::non_finite;
   }
   if (report.status != StepStatus::ok) {
     report.message = describe_failure(report.status);
@@ -630,7 +630,7 @@ std::string Engine::describe_failure(StepStatus status) const {
     }
     if (status == StepStatus::overlap_too_deep && sums.contact.overlap_max > options_.overlap_limit) {
       const std::uint32_t p = sums.contact.node_max;
-      const Vec3& x = state_.x[p];
+      const Vec3& x = state_.x_pick[p];  // where it was before it was thrown off
       return fmt::format(
           "step {}, time {:.6g} s: {} is being pushed through {} at x = {:.4g} mm, y = {:.4g} mm, z = {:.4g} mm (overlap {:.2f} of the "
           "distance at touch, limit {:.2f})",
