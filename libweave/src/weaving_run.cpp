@@ -21,7 +21,7 @@ double seconds_since(Clock::time_point t) { return std::chrono::duration<double>
 
 constexpr double rows_per_pick = 400;        ///< of the history, by default
 /// Of the smallest fiber diameter that a fiber may move in a step: so little that the first overlap of fibers that meet at the speed of a
-/// reed is well below the deepest.
+/// reed is well below the deepest. Of a bar where that is shorter, which may not turn far in a step.
 constexpr double motion_share = 0.015;
 constexpr double start_overlap_limit = 0.05;
 constexpr double progress_interval = 0.5;    ///< wall time [s]
@@ -91,7 +91,7 @@ EngineOptions engine_options(const Case& c, const LoomLayout& layout) {
   o.time_step = c.numerics.time_step;
   double smallest = layout.fiber_diameter;
   for (const std::string& name : layout.type_names) smallest = std::min(smallest, 2 * c.yarns.at(name).fiber_radius());
-  o.motion_max = motion_share * smallest;
+  o.motion_max = motion_share * std::min(1.0, c.numerics.element_length) * smallest;
   o.time_step_max = 0.05 * smallest;  // as at 0.3 m/s, for a loom at rest
   o.active_x_max = c.loom.length + engine_reach_behind_heddle * c.numerics.element_length * layout.fiber_diameter;
   return o;
@@ -231,7 +231,11 @@ class WeavingRun {
       loom_.node_steps += static_cast<double>(engine_->model().nodes());
       loom_.contact_steps += static_cast<double>(active_contacts());
       note(report, action);
-      if (with_ledger && !std::isfinite(ledger.balance())) return fail("the energy ledger is no longer finite");
+      if (with_ledger && !std::isfinite(ledger.balance())) {
+        return fail(report.status != StepStatus::ok ? report.message
+                                                    : fmt::format("step {}, time {:.6g} s: the energy ledger is no longer finite",
+                                                                  engine_->state().step, engine_->state().time));
+      }
       if (with_ledger) note_ledger(ledger);
       if (at_row || last) add_row(ledger, action);
       if (report.status != StepStatus::ok) return fail(report.message);
