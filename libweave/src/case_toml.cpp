@@ -401,7 +401,7 @@ Case parse_case(const std::string& text, const std::string& file, const std::vec
   try {
     root = toml::parse(text, file);
   } catch (const toml::parse_error& error) {
-    throw CaseError(fmt::format("{}:{}: not TOML: {}", file, error.source().begin.line, error.description()));
+    throw CaseError(fmt::format("{}:{}: not TOML: {}", file, error.source().begin.line, on_one_line(error.description())));
   }
   Mistakes mistakes(file);
   for (const std::string& assignment : overrides) apply_override(root, assignment, mistakes);

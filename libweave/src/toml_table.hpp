@@ -66,6 +66,16 @@ inline std::size_t line_of(const toml::node& node) {
   return node.source().begin.line;
 }
 
+/// Text with its control characters escaped, so that it keeps to one line.
+inline std::string on_one_line(std::string_view text) {
+  std::string result;
+  for (const char c : text) {
+    const auto code = static_cast<unsigned char>(c);
+    result += code < 0x20 || code == 0x7f ? fmt::format("\\u{:04X}", code) : std::string(1, c);
+  }
+  return result;
+}
+
 /// The mistakes found so far. Line 0 marks an entry that came from an override: only those have no place in the file.
 class Mistakes {
  public:
@@ -73,7 +83,7 @@ class Mistakes {
 
   void add(std::size_t line, const std::string& key, const std::string& value, const std::string& message) {
     const std::string place = line == 0 ? "(override)" : fmt::format("{}", line);
-    lines_.emplace_back(line, fmt::format("{}:{}: {} = {}: {}", file_, place, key, value, message));
+    lines_.emplace_back(line, on_one_line(fmt::format("{}:{}: {} = {}: {}", file_, place, key, value, message)));
   }
 
   void throw_if_any() {
