@@ -1,0 +1,29 @@
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "heddle/draft.hpp"
+#include "stress/loom_sweeps.hpp"
+
+namespace {
+
+TEST(random_weave, is_read_drawn_and_woven) {
+  const auto file = std::filesystem::path(testing::TempDir()) / "heddle_random_weave.svg";
+  int woven = 0;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    const std::string text = stress::random_weave(seed);
+    SCOPED_TRACE(text);
+    const weave::Case c = weave::parse_case(text, "random/case.toml", {stress::single_fibers});
+    std::filesystem::remove(file);
+    heddle::draw_draft(c, file);
+    EXPECT_TRUE(std::filesystem::exists(file));
+    const stress::Outcome outcome = stress::weave_through(c);
+    constexpr double any_ledger = 1e300;  // of single fibers
+    EXPECT_EQ(stress::fault(outcome, any_ledger), "") << outcome.message;
+    woven += outcome.completed;
+  }
+  EXPECT_GE(woven, 4);
+  std::filesystem::remove(file);
+}
+
+}  // namespace
