@@ -173,7 +173,8 @@ void draw_surroundings(Canvas& canvas, const Scene& scene, const Page& page, con
   draw_axes(canvas, page.frame, u_label, v_label, unit, false);
   draw_scale_bar(canvas, page, unit);
   canvas.text({110 * unit, 30 * unit}, title, {.size = 21 * unit, .color = ink, .bold = true});
-  std::string state = fmt::format("after {} picks, t = {:.4g} s", scene.snapshot.pick, scene.snapshot.time);
+  std::string state = "relaxed";  // a state without a time is none of a loom
+  if (scene.snapshot.time > 0) state = fmt::format("after {} picks, t = {:.4g} s", scene.snapshot.pick, scene.snapshot.time);
   if (scene.spec && !scene.spec->name.empty()) state = (scene.spec->title.empty() ? scene.spec->name : scene.spec->title) + ", " + state;
   canvas.text({110 * unit, 54 * unit}, state, {15 * unit, faint_ink});
   if (scene.by_stress)
