@@ -34,11 +34,12 @@ std::string name_of(const std::filesystem::path& input) {
   return (clean.has_filename() ? clean : clean.parent_path()).filename().string();
 }
 
-void read_case(ComparedState& state, const std::string& case_toml) {
-  const weave::Case c = weave::parse_case(case_toml, state.file.string());
+weave::Case read_case(ComparedState& state, const std::string& case_toml) {
+  weave::Case c = weave::parse_case(case_toml, state.file.string());
   state.case_toml = case_toml;
   state.case_name = c.name;
   state.matrix = c.matrix();
+  return c;
 }
 
 void measure(ComparedState& state) {
@@ -197,8 +198,7 @@ ComparedState read_woven_state(const std::filesystem::path& input) {
   const weave::ResultsFile results = weave::read_results(state.file);
   if (is_relaxed(state.file)) throw std::runtime_error(state.file.string() + ": is of a relaxed cell, not of a woven one");
   try {
-    read_case(state, results.case_toml);
-    const weave::Case c = weave::parse_case(results.case_toml, state.file.string());
+    const weave::Case c = read_case(state, results.case_toml);
     WovenStart start = cell_from_woven(c, results.snapshot, {0, 0, c.numerics.element_length});
     state.cell = std::move(start.cell);
     state.q = unknowns_at(state.cell, start.x);

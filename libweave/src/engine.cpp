@@ -67,8 +67,14 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   if (state_.dt <= 0) state_.dt = options_.time_step > 0 ? options_.time_step : first_step;
   const bool fresh = state_.x_pick.size() != n;
   if (state_.travel.size() != n) state_.travel.assign(n, 0);
+  double dt = state_.dt_before;
+  if (dt <= 0) {
+    double speed2 = 0;
+    for (const Vec3& v : state_.v) speed2 = std::max(speed2, v.squaredNorm());
+    dt = longest_step(speed2);
+  }
   for (std::uint32_t f = 0; f < model_.fibers(); ++f) {
-    find_ways(f, state_.dt_before > 0 ? state_.dt_before : longest_step());
+    find_ways(f, dt);
     look_ahead(f);
   }
   if (fresh) {
@@ -587,11 +593,9 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
   return report;
 }
 
-/// Longest step that may be taken, whatever is touched [s].
-double Engine::longest_step() const {
+/// Longest step that may be taken with a node of the squared speed `speed2`, whatever is touched [s].
+double Engine::longest_step(double speed2) const {
   if (options_.time_step > 0) return options_.time_step;
-  double speed2 = 0;
-  for (const Vec3& v : state_.v) speed2 = std::max(speed2, v.squaredNorm());
   return speed2 > 0 ? std::min(options_.time_step_max, options_.motion_max / std::sqrt(speed2)) : options_.time_step_max;
 }
 
@@ -601,8 +605,7 @@ void Engine::choose_time_step(double frequency2, double speed2) {
     state_.dt = options_.time_step;
     return;
   }
-  double wanted = std::min(options_.safety * step_limit_, options_.time_step_max);
-  if (speed2 > 0) wanted = std::min(wanted, options_.motion_max / std::sqrt(speed2));
+  const double wanted = std::min(options_.safety * step_limit_, longest_step(speed2));
   if (state_.dt > wanted || state_.step <= 1) {
     state_.dt = wanted;
     state_.calm_steps = 0;

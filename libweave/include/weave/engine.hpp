@@ -135,7 +135,7 @@ class Engine {
   void each_of_mine(Work&& work) const;
   /// From the middle of the last step to the middle of the next: for how long the forces at x act on v [s].
   [[nodiscard]] double kick_time() const { return 0.5 * (state_.dt_before + state_.dt); }
-  [[nodiscard]] double longest_step() const;
+  [[nodiscard]] double longest_step(double speed2) const;
   void choose_time_step(double frequency2, double speed2);
   [[nodiscard]] std::string describe_failure(StepStatus status) const;
 
