@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "stress/loom_sweeps.hpp"
 #include "weave/checkpoint.hpp"
 #include "weave/results.hpp"
 
@@ -110,10 +111,12 @@ void compare(const fs::path& folder, const fs::path& undisturbed, KillCount& cou
 
 }  // namespace
 
-KillCount kill_and_resume(const fs::path& program, const fs::path& case_file, const fs::path& folder, std::uint64_t seed, int kills) {
+KillCount kill_and_resume(const fs::path& program, const fs::path& folder, std::uint64_t seed, int kills) {
   constexpr double for_ever = 1e6;  // [s]
-  const fs::path undisturbed = folder / "undisturbed", killed = folder / "killed";
+  const fs::path case_file = folder / "case.toml", undisturbed = folder / "undisturbed", killed = folder / "killed";
+  fs::remove_all(folder);
   fs::create_directories(folder);
+  weave::write_text_file(case_file, weave::to_toml(plain_weave({single_fibers, "fabric.cells=2", "output.checkpoint_interval=\"10 ms\""})));
   const auto start = Clock::now();
   if (Weave(program, case_file, undisturbed, false).wait_or_kill(for_ever) != 0) {
     throw std::runtime_error(fmt::format("{}: the undisturbed weave failed; see {}.log", program.string(), undisturbed.string()));
@@ -141,6 +144,7 @@ KillCount kill_and_resume(const fs::path& program, const fs::path& case_file, co
   };
   while (count.kills < kills) run(whole * (static_cast<double>(random() >> 11) * 0x1p-53));
   if (fs::exists(killed)) run(for_ever);
+  fs::remove_all(folder);
   return count;
 }
 

@@ -21,8 +21,6 @@ namespace {
 using stress::Outcome;
 using stress::Sweep;
 
-constexpr double any_ledger = 1e300;  ///< of yarns of a single fiber
-
 Outcome fuzz(int mutants) {
   const stress::FuzzCount count = stress::fuzz_cases(HEDDLE_CASES_DIR, 2, mutants);
   return {.completed = true,
@@ -37,7 +35,7 @@ Outcome weave_random_matrices(int matrices) {
         stress::weave_through(weave::parse_case(stress::random_weave(1000 + seed), "random/case.toml", {stress::single_fibers}));
     all.steps += o.steps;
     all.overlap_max = std::max(all.overlap_max, o.overlap_max);
-    if (const std::string fault = stress::fault(o, any_ledger); !fault.empty()) all.defect = fmt::format("matrix {}: {}", seed, fault);
+    if (const std::string fault = stress::fault(o, stress::any_ledger); !fault.empty()) all.defect = fmt::format("matrix {}: {}", seed, fault);
   }
   return all;
 }
@@ -50,12 +48,7 @@ Outcome weave_on(int picks, const std::vector<std::string>& overrides) {
 }
 
 Outcome kill(const std::filesystem::path& folder, int kills) {
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directories(folder);
-  const weave::Case c = stress::plain_weave({stress::single_fibers, "fabric.cells=2", "output.checkpoint_interval=\"10 ms\""});
-  weave::write_text_file(folder / "case.toml", weave::to_toml(c));
-  const stress::KillCount count = stress::kill_and_resume(HEDDLE_PROGRAM, folder / "case.toml", folder / "weaves", 2, kills);
-  std::filesystem::remove_all(folder);
+  const stress::KillCount count = stress::kill_and_resume(HEDDLE_PROGRAM, folder, 2, kills);
   return {.completed = true, .steps = count.resumed, .defect = count.faults.empty() ? "" : count.faults.front()};
 }
 
@@ -63,10 +56,10 @@ std::vector<Sweep> all_sweeps(const std::filesystem::path& folder) {
   std::vector<Sweep> sweeps = stress::contact_sweeps(stress::Extent::full);
   for (Sweep& sweep : stress::loom_sweeps(stress::Extent::full)) sweeps.push_back(std::move(sweep));
   sweeps.push_back({"mutated cases", "", "case reader", {100000}, 0, [](double n) { return fuzz(static_cast<int>(n)); }});
-  sweeps.push_back({"random weaving matrices", "", "single fibers", {100}, any_ledger, [](double n) {
+  sweeps.push_back({"random weaving matrices", "", "single fibers", {100}, stress::any_ledger, [](double n) {
                       return weave_random_matrices(static_cast<int>(n));
                     }});
-  sweeps.push_back({"picks", "", "plain weave of single fibers", {30, 100, 300, 1000}, any_ledger, [](double n) {
+  sweeps.push_back({"picks", "", "plain weave of single fibers", {30, 100, 300, 1000}, stress::any_ledger, [](double n) {
                       return weave_on(static_cast<int>(n), {stress::single_fibers});
                     }});
   sweeps.push_back({"picks", "", "plain weave", {30, 100}, 0.02, [](double n) { return weave_on(static_cast<int>(n), {}); }});
