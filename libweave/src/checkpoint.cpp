@@ -35,9 +35,6 @@ void each_place(auto& c, auto&& f) {
 
 /// And with each of its numbers.
 void each_number(auto& c, auto&& f) {
-  f(c.spring.along);
-  f(c.spring.across);
-  f(c.spring.stiffness);
   f(c.fraction);
   f(c.asleep_until);
 }
@@ -50,12 +47,12 @@ void write_contacts(Hdf5File& file, const std::string& path, const std::vector<L
     each_number(c, [&](auto number) { numbers.push_back(number); });
   }
   file.write(path, places);
-  file.write(path + "_spring", numbers);
+  file.write(path + "_numbers", numbers);
 }
 
 std::vector<LineContact> read_contacts(const Hdf5File& file, const std::string& path) {
   const auto places = file.read<std::int64_t>(path);
-  const auto numbers = file.read<double>(path + "_spring");
+  const auto numbers = file.read<double>(path + "_numbers");
   std::vector<LineContact> contacts;
   std::size_t place = 0, number = 0;
   while (place < places.size()) {
@@ -64,6 +61,25 @@ std::vector<LineContact> read_contacts(const Hdf5File& file, const std::string& 
     each_number(c, [&](auto& n) { n = static_cast<std::remove_reference_t<decltype(n)>>(numbers.at(number++)); });
   }
   return contacts;
+}
+
+void write_active(Hdf5File& file, const std::string& path, const ActiveContacts& active) {
+  file.write(path, active.number);
+  file.write(path + "_of", active.of);
+  write_contacts(file, path + "_line", active.line);
+  std::vector<double> springs;
+  for (const FrictionSpring& s : active.spring) springs.insert(springs.end(), {s.along, s.across, s.stiffness});
+  file.write(path + "_spring", springs);
+}
+
+ActiveContacts read_active(const Hdf5File& file, const std::string& path) {
+  ActiveContacts active;
+  active.number = file.read<std::uint32_t>(path);
+  active.of = file.read<std::uint32_t>(path + "_of");
+  active.line = read_contacts(file, path + "_line");
+  const std::vector<double> springs = file.read<double>(path + "_spring");
+  for (std::size_t i = 0; i < springs.size(); i += 3) active.spring.push_back({springs.at(i), springs.at(i + 1), springs.at(i + 2)});
+  return active;
 }
 
 template <class To, class From>
@@ -139,8 +155,8 @@ void write_checkpoint(const std::filesystem::path& path, const Checkpoint& c) {
   file.write("/state/travel", s.travel);
   write_contacts(file, "/contacts/line", s.contacts.line);
   file.write("/contacts/line_of", s.contacts.line_of);
-  file.write("/contacts/active", s.contacts.active.number);
-  file.write("/contacts/active_of", s.contacts.active.of);
+  write_active(file, "/contacts/active", s.contacts.active);
+  write_active(file, "/contacts/on_reed", s.contacts.on_reed);
   write_history(file, c.history);
   file.commit();
 }
@@ -178,8 +194,8 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
   s.travel = file.read<double>("/state/travel");
   s.contacts.line = read_contacts(file, "/contacts/line");
   s.contacts.line_of = file.read<std::uint32_t>("/contacts/line_of");
-  s.contacts.active.number = file.read<std::uint32_t>("/contacts/active");
-  s.contacts.active.of = file.read<std::uint32_t>("/contacts/active_of");
+  s.contacts.active = read_active(file, "/contacts/active");
+  s.contacts.on_reed = read_active(file, "/contacts/on_reed");
   c.history = read_history(file);
   return c;
 }

@@ -13,7 +13,7 @@ constexpr int walk_limit = 50;
 /// Two bars are equally close at the vertex they share: the one at hand is kept against round-off, as their angles, and shares, differ.
 constexpr double nearer = 1 - 1e-9;
 
-/// Contacts whose data are asked for ahead of their turn, since they lie apart in memory.
+/// Reactions that are asked for ahead of their turn, since they lie apart in memory.
 constexpr std::uint32_t fetch_ahead = 12;
 /// Of the line law on the length of fiber, half a diameter at most, that a point between two yarns stands for.
 constexpr int samples = 4;
@@ -277,7 +277,8 @@ inline NormalSum push_samples(const Target& at, const LineContact& c, const Pair
 }
 
 /// `before`: the contact evaluated before this one, or none.
-void line_contact(const Target& at, LineContact& c, const LineContact* before, std::span<Reaction, 2> reaction, ContactSums& sums) {
+void line_contact(const Target& at, LineContact& c, FrictionSpring& spring, const LineContact* before, std::span<Reaction, 2> reaction,
+                  ContactSums& sums) {
   const Model& m = at.model;
   const FiberGeometry& g = at.g;
   const std::uint32_t p = c.node, other = m.fiber_of[c.segment];
@@ -288,13 +289,13 @@ void line_contact(const Target& at, LineContact& c, const LineContact* before, s
   const bool on_reed = m.role[other] == Role::reed;
   const double weight = (on_reed ? 1 : 0.5) * (one_yarn ? m.tributary[p] : m.point_length[at.fiber]);
   // Two contacts of one point, each followed along a bent fiber from a place of its own, have met: then the first counts alone.
-  if (before != nullptr && bars_apart(m, *before, c) <= 1) return release(c.spring, sums.slip_loss);
-  if (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.segment, c.image)) return release(c.spring, sums.slip_loss);
+  if (before != nullptr && bars_apart(m, *before, c) <= 1) return release(spring, sums.slip_loss);
+  if (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.segment, c.image)) return release(spring, sums.slip_loss);
   const double distance = std::sqrt(q.distance2);
   const double gap = distance - touch_reach(m, at.fiber, other);
   // What the fibers may come nearer by in the next step.
   const double approach = g.reach_ahead[p] - g.travel[p] + g.reach_ahead[c.segment] - g.travel[c.segment];
-  const bool held = c.spring.stiffness > 0;
+  const bool held = spring.stiffness > 0;
   if (gap >= approach && !held) return let_sleep(g, gap, c);
   const Vec3 n = unit_normal(law, q, distance);
   NormalSum normal;
@@ -324,12 +325,12 @@ void line_contact(const Target& at, LineContact& c, const LineContact* before, s
   if (m.friction > 0) {
     const Place on_b{c.segment, q.fraction};
     const Slip slip = one_yarn ? slip_of_node(g, p, on_b, n, distance, at.dt) : slip_of(g, {p, c.fraction}, on_b, n, distance, at.dt);
-    if (!touches) return part(c.spring, slip, sums.slip_loss);
+    if (!touches) return part(spring, slip, sums.slip_loss);
     // Beside the middle of a crossing the samples also push along the fiber, which is no normal force of the two fibers.
     const double along = pushed.dot(g.bar_tangent[p]);
     const double normal_force = std::sqrt(std::max(pushed.squaredNorm() - along * along, 0.0));
-    slide(c.spring, slip, friction_stiffness, m.friction * normal_force, sums.slip_loss);
-    const Drag drag = drag_of(c.spring, slip, g.bar_tangent[p], g.bar_tangent[c.segment], n);
+    slide(spring, slip, friction_stiffness, m.friction * normal_force, sums.slip_loss);
+    const Drag drag = drag_of(spring, slip, g.bar_tangent[p], g.bar_tangent[c.segment], n);
     const double eta = c.fraction;
     normal.on_first += (1 - eta) * drag.force - drag.couple_a;
     normal.on_second += eta * drag.force + drag.couple_a;
@@ -338,7 +339,7 @@ void line_contact(const Target& at, LineContact& c, const LineContact* before, s
     reaction[0].on_second -= q.fraction * drag.force - drag.couple_b;
     reaction[0].stiffness.friction = felt.friction;
     reaction[0].stiffness.all_round = felt.all_round;
-    if (at.with_energy) sums.friction_store += stored_in(c.spring);
+    if (at.with_energy) sums.friction_store += stored_in(spring);
   }
   const Vec3& touched = g.bar_tangent[c.segment];
   at.force[p] += normal.on_first;
@@ -351,7 +352,7 @@ void line_contact(const Target& at, LineContact& c, const LineContact* before, s
 
 /// Node-to-node law of Yang 2015, eq. (3)-(7), kept to compare with: force along the part of the node-to-node vector normal to each
 /// fiber's own tangent. Action and reaction differ where fibers cross.
-void node_contact(const Target& at, LineContact& c, Reaction& reaction, ContactSums& sums) {
+void node_contact(const Target& at, LineContact& c, FrictionSpring& spring, Reaction& reaction, ContactSums& sums) {
   const Model& m = at.model;
   const FiberGeometry& g = at.g;
   const PolylinePoint q = walk_to_point(m, g, g.x[c.node], c.segment, c.image);
@@ -363,7 +364,7 @@ void node_contact(const Target& at, LineContact& c, Reaction& reaction, ContactS
   const Vec3 to_p = r - r.dot(g.node_tangent[p]) * g.node_tangent[p];
   const Vec3 to_q = r - r.dot(g.node_tangent[other]) * g.node_tangent[other];
   const double distance = to_p.norm();
-  if (distance >= law.reach) return release(c.spring, sums.slip_loss);
+  if (distance >= law.reach) return release(spring, sums.slip_loss);
   const double overlap = law.reach - distance;
   note_overlap(overlap / law.reach, p, s, sums);
   ++sums.touching;
@@ -375,9 +376,9 @@ void node_contact(const Target& at, LineContact& c, Reaction& reaction, ContactS
   if (m.friction > 0) {
     const Vec3& t = g.node_tangent[other];
     const double slip = (g.v[p] - g.v[other]).dot(t) * at.dt;
-    slide(c.spring, {.along_a = slip, .along_b = slip, .cosine = 1}, m.friction * kn, m.friction * fn, sums.slip_loss);
-    on_node += c.spring.along * t;
-    on_other -= c.spring.along * t;
+    slide(spring, {.along_a = slip, .along_b = slip, .cosine = 1}, m.friction * kn, m.friction * fn, sums.slip_loss);
+    on_node += spring.along * t;
+    on_other -= spring.along * t;
   }
   const Vec3& touched = g.bar_tangent[s];
   const double normal_stiffness = kn * (1 + overlap / law.reach);
@@ -408,7 +409,7 @@ void add_reaction(const Reaction& r, const Vec3& tangent, std::span<Vec3> force,
 }  // namespace
 
 void let_sleep(const FiberGeometry& g, double gap, LineContact& c) {
-  if (c.spring.stiffness <= 0) c.asleep_until = g.travel[c.node] + g.travel[c.segment] + gap;
+  c.asleep_until = g.travel[c.node] + g.travel[c.segment] + gap;
 }
 
 std::int64_t bars_apart(const Model& m, const LineContact& a, const LineContact& b) {
@@ -461,40 +462,42 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
   ContactSums sums;
   const Target at{model, geometry, fiber, dt, with_energy, force, stiffness, sample_offsets()};
   std::array<Reaction, 2> reaction;
-  ActiveContacts& active = contacts.active;
-  const LineContact* before = nullptr;
-  std::uint32_t slot = 2 * active.of[fiber];
-  for (std::uint32_t i = active.of[fiber]; i < active.of[fiber + 1]; ++i) {
-    if (i + fetch_ahead < active.of[fiber + 1]) fetch(contacts.line[active.number[i + fetch_ahead]]);
-    LineContact& contact = contacts.line[active.number[i]];
-    active.reacts[i] = {slot, 0};
-    if (geometry.reach_ahead[contact.node] + geometry.reach_ahead[contact.segment] < contact.asleep_until) continue;
-    if (model.node_contact && model.role[model.fiber_of[contact.segment]] != Role::reed) {
-      node_contact(at, contact, reaction[0], sums);
-    } else {
-      line_contact(at, contact, before, reaction, sums);
-      before = &contact;
-    }
-    for (Reaction& r : reaction) {
-      if (!r.active) continue;
-      active.reaction[slot++] = r;
-      ++active.reacts[i].count;
-      r.active = false;
+  for (ActiveContacts* active : {&contacts.active, &contacts.on_reed}) {
+    const LineContact* before = nullptr;
+    std::uint32_t slot = 2 * active->of[fiber];
+    for (std::uint32_t i = active->of[fiber]; i < active->of[fiber + 1]; ++i) {
+      LineContact& contact = active->line[i];
+      active->reacts[i] = 0;
+      if (geometry.reach_ahead[contact.node] + geometry.reach_ahead[contact.segment] < contact.asleep_until) continue;
+      if (model.node_contact && active == &contacts.active) {
+        node_contact(at, contact, active->spring[i], reaction[0], sums);
+      } else {
+        line_contact(at, contact, active->spring[i], before, reaction, sums);
+        before = &contact;
+      }
+      active->slot[i] = slot;
+      for (Reaction& r : reaction) {
+        if (!r.active) continue;
+        active->reaction[slot++] = r;
+        ++active->reacts[i];
+        r.active = false;
+      }
     }
   }
   return sums;
 }
 
-void gather_reactions(const FiberGeometry& geometry, const ContactList& contacts, std::uint32_t fiber, std::span<Vec3> force,
+void gather_reactions(const Model& model, const FiberGeometry& geometry, const ContactList& contacts, std::uint32_t fiber, std::span<Vec3> force,
                       std::span<DirectionalStiffness> stiffness) {
-  const ActiveContacts& active = contacts.active;
-  for (std::uint32_t i = active.target_of[fiber]; i < active.target_of[fiber + 1]; ++i) {
-    if (i + fetch_ahead < active.target_of[fiber + 1]) {
-      const auto [first, count] = active.reacts[active.target[i + fetch_ahead]];
-      if (count > 0) fetch(active.reaction[first]);
+  const ActiveContacts& active = model.role[fiber] == Role::reed ? contacts.on_reed : contacts.active;
+  const std::uint32_t end = active.target_of[fiber + 1];
+  for (std::uint32_t i = active.target_of[fiber]; i < end; ++i) {
+    if (i + fetch_ahead < end) {
+      if (const std::uint32_t ahead = active.target[i + fetch_ahead]; active.reacts[ahead] > 0) fetch(active.reaction[active.slot[ahead]]);
     }
-    const auto [first, count] = active.reacts[active.target[i]];
-    for (std::uint32_t k = first; k < first + count; ++k) {
+    const std::uint32_t at = active.target[i];
+    if (active.reacts[at] == 0) continue;
+    for (std::uint32_t k = active.slot[at]; k < active.slot[at] + active.reacts[at]; ++k) {
       const Reaction& reaction = active.reaction[k];
       add_reaction(reaction, geometry.bar_tangent[reaction.segment], force, stiffness);
     }

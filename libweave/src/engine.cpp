@@ -82,7 +82,8 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
     state_.x_pick = state_.x;
     pick();
   } else {
-    index_targets(model_, state_.contacts);
+    index_targets(model_, state_.contacts.active);
+    index_targets(model_, state_.contacts.on_reed);
     share_out();
   }
 }
@@ -142,7 +143,7 @@ void Engine::pick() {
   const auto moved_max = [&] {
     double most = 0;
     for (std::uint32_t p = 0; p < model_.nodes(); ++p) {
-      if (state_.x[p].x() <= options_.active_x_max) most = std::max(most, state_.moved[p]);
+      if (state_.x[p].x() <= options_.active_x_max && model_.role[model_.fiber_of[p]] != Role::reed) most = std::max(most, state_.moved[p]);
     }
     return most;
   };
@@ -157,6 +158,18 @@ void Engine::pick() {
   share_out();
   state_.x_pick = state_.x;
   ++state_.picks_of_active;
+  times_.search += seconds_since(start);
+  pick_reed();
+}
+
+/// Picks the contacts with the reed. Until the reed has gone half the skin it is picked with the fibers or on its own: from one pick of the
+/// reed to the next a fiber may go from one end of its own half skin to the other.
+void Engine::pick_reed() {
+  const auto start = std::chrono::steady_clock::now();
+  pick_on_reed(model_, geometry(), 1.5 * options_.skin, options_.active_x_max, state_.contacts);
+  for (std::uint32_t f = 0; f < model_.fibers() && model_.role[f] == Role::reed; ++f) {
+    for (std::uint32_t p = model_.first[f]; p <= model_.last(f); ++p) state_.x_pick[p] = state_.x[p];
+  }
   times_.search += seconds_since(start);
 }
 
@@ -330,7 +343,7 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
   const std::uint32_t begin = model_.first[f], last = model_.last(f), end = begin + model_.own_nodes(f);
   const bool closed = model_.periodic[f];
   const double dt = state_.dt, kick = kick_time();
-  gather_reactions(geometry(), state_.contacts, f, force_, stiffness_);
+  gather_reactions(model_, geometry(), state_.contacts, f, force_, stiffness_);
 
   if (model_.role[f] == Role::reed) {
     for (std::uint32_t p = begin; p < end; ++p) {
@@ -548,13 +561,14 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
     *ledger = {};
     ledger->flows = state_.flows;
   }
-  double frequency2 = 0, moved_pick2 = 0, speed2 = 0;
+  double frequency2 = 0, moved_pick2 = 0, reed_moved2 = 0, speed2 = 0;
   bool finite = true;
   for (std::uint32_t f = 0; f < fibers; ++f) {
     const PerFiber& sums = per_fiber_[f];
     state_.flows += sums.flows;
     frequency2 = std::max(frequency2, sums.frequency2);
-    moved_pick2 = std::max(moved_pick2, sums.moved_pick2);
+    double& moved2 = model_.role[f] == Role::reed ? reed_moved2 : moved_pick2;
+    moved2 = std::max(moved2, sums.moved_pick2);
     speed2 = std::max(speed2, sums.speed2);
     finite = finite && sums.finite;
     report.overlap_max = std::max(report.overlap_max, sums.contact.overlap_max);
@@ -587,9 +601,12 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
   choose_time_step(frequency2, speed2);
   if (std::sqrt(moved_pick2) > 0.5 * options_.skin) {
     pick();
-    moved_pick2 = 0;
+    moved_pick2 = reed_moved2 = 0;
+  } else if (std::sqrt(reed_moved2) > 0.5 * options_.skin) {
+    pick_reed();
+    reed_moved2 = 0;
   }
-  list_is_late_ = std::sqrt(moved_pick2) > 0.5 * options_.skin || 2 * moved_max_ + options_.skin > options_.outer_skin;
+  list_is_late_ = std::sqrt(std::max(moved_pick2, reed_moved2)) > 0.5 * options_.skin || 2 * moved_max_ + options_.skin > options_.outer_skin;
   return report;
 }
 

@@ -109,8 +109,6 @@ void put_together(const Rebuild& r, Model& m, State& s) {
   }
   // Contacts whose nodes all stay keep their friction; a bar is known by its first node.
   ContactList contacts;
-  contacts.line_of.assign(next.fibers() + 1, 0);
-  const ContactList& old = s.contacts;
   std::vector<std::uint32_t> old_fiber(next.fibers(), none);
   for (std::uint32_t f = 0; f < m.fibers(); ++f) {
     if (new_fiber[f] != none) old_fiber[new_fiber[f]] = f;
@@ -118,19 +116,25 @@ void put_together(const Rebuild& r, Model& m, State& s) {
   const auto bar_stays = [&](std::uint32_t segment) {
     return new_node[segment] != none && next.rest_length[new_node[segment]] > 0;
   };
-  for (std::uint32_t f = 0; f < next.fibers(); ++f) {
-    if (const std::uint32_t o = old_fiber[f]; o != none && !old.line_of.empty()) {
-      for (std::uint32_t i = old.line_of[o]; i < old.line_of[o + 1]; ++i) {
-        LineContact c = old.line[i];
-        if (new_node[c.node] == none || !bar_stays(c.segment)) continue;
-        c.node = new_node[c.node];
-        c.segment = new_node[c.segment];
-        c.asleep_until = 0;
-        contacts.line.push_back(c);
+  const auto carry_over = [&](const ActiveContacts& old, ActiveContacts& held) {
+    held.of.assign(next.fibers() + 1, 0);
+    for (std::uint32_t f = 0; f < next.fibers(); ++f) {
+      if (const std::uint32_t o = old_fiber[f]; o != none && !old.of.empty()) {
+        for (std::uint32_t i = old.of[o]; i < old.of[o + 1]; ++i) {
+          LineContact c = old.line[i];
+          if (old.spring[i].stiffness <= 0 || new_node[c.node] == none || !bar_stays(c.segment)) continue;
+          c.node = new_node[c.node];
+          c.segment = new_node[c.segment];
+          c.asleep_until = 0;
+          held.line.push_back(c);
+          held.spring.push_back(old.spring[i]);
+        }
       }
+      held.of[f + 1] = static_cast<std::uint32_t>(held.line.size());
     }
-    contacts.line_of[f + 1] = static_cast<std::uint32_t>(contacts.line.size());
-  }
+  };
+  carry_over(s.contacts.active, contacts.active);
+  carry_over(s.contacts.on_reed, contacts.on_reed);
   m = std::move(next);
   s.x = std::move(x);
   s.v = std::move(v);

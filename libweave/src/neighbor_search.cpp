@@ -20,6 +20,8 @@ struct Candidate {
   std::int32_t image;
 };
 
+std::uint32_t node_of(const NeighborSearch::Found& f) { return f.line.node; }
+
 double distance2_to_bar(const FiberGeometry& g, const Vec3& point, std::uint32_t s) {
   Vec3 r = point - g.x[s];
   const double along = std::clamp(r.dot(g.bar_tangent[s]), 0.0, g.bar_length[s]);
@@ -90,7 +92,7 @@ void NeighborSearch::bin_segments(const Model& m, const FiberGeometry& g, double
 }
 
 void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::uint32_t fiber, double skin, double active_x_max,
-                                  const std::vector<std::uint8_t>& stale, const ContactList& old, std::vector<LineContact>& found) const {
+                                  const std::vector<std::uint8_t>& stale, const ContactList& old, std::vector<Found>& found) const {
   found.clear();
   if (m.role[fiber] == Role::reed) return;
   const std::uint32_t begin = m.first[fiber], end = begin + m.own_nodes(fiber);
@@ -103,26 +105,31 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
   const bool periodic = m.period_y > 0;
   const int range_y = static_cast<int>(std::ceil(reach_middle / bins_.size.y()));
   std::vector<Candidate> candidates;
-  const auto old_begin = old.line.begin() + (old.line_of.empty() ? 0 : old.line_of[fiber]);
-  const auto old_end = old.line.begin() + (old.line_of.empty() ? 0 : old.line_of[fiber + 1]);
-  std::vector<std::uint8_t> taken(static_cast<std::size_t>(old_end - old_begin), 0);
+  // What touched, and whether each is already found again.
+  std::vector<Found> held;
+  if (!old.active.of.empty()) {
+    for (std::uint32_t i = old.active.of[fiber]; i < old.active.of[fiber + 1]; ++i) {
+      if (old.active.spring[i].stiffness > 0) held.push_back({old.active.line[i], old.active.spring[i]});
+    }
+  }
+  std::vector<std::uint8_t> taken(held.size(), 0);
   const auto add_line = [&](LineContact contact, double distance2) {
     if (!m.node_contact) let_sleep(g, std::sqrt(distance2) - touch_reach(m, fiber, m.fiber_of[contact.segment]), contact);
-    auto o = std::lower_bound(old_begin, old_end, contact.node, [](const LineContact& c, std::uint32_t node) { return c.node < node; });
-    auto same = old_end;
+    auto same = held.end();
     std::int64_t apart = old_place_limit + 1;
-    for (; o != old_end && o->node == contact.node; ++o) {
-      if (o->spring.stiffness <= 0 || taken[static_cast<std::size_t>(o - old_begin)]) continue;
-      const std::int64_t bars = bars_apart(m, *o, contact);
+    for (auto o = std::ranges::lower_bound(held, contact.node, {}, node_of); o != held.end() && o->line.node == contact.node; ++o) {
+      if (taken[static_cast<std::size_t>(o - held.begin())]) continue;
+      const std::int64_t bars = bars_apart(m, o->line, contact);
       if (bars >= apart) continue;
       apart = bars;
       same = o;
     }
-    if (same != old_end) {
-      contact = *same;  // with the bar it had followed
-      taken[static_cast<std::size_t>(same - old_begin)] = 1;
+    if (same == held.end()) {
+      found.push_back({contact, {}});
+    } else {
+      found.push_back(*same);  // with the bar it had followed
+      taken[static_cast<std::size_t>(same - held.begin())] = 1;
     }
-    found.push_back(contact);
   };
   // A bent fiber may be near a point at several places, which become contacts of their own: bars nearer than the one before and after.
   std::vector<double> bar_distance2;
@@ -136,25 +143,21 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
     }
   };
 
-  // Reed bars: long and few, so every bar is asked for its distance in the plane normal to it.
-  const auto find_reed = [&](std::uint32_t p) {
-    for (std::uint32_t bar = 0; bar < m.fibers() && m.role[bar] == Role::reed; ++bar) {
-      const std::uint32_t s = m.first[bar];
-      const Vec3 r = g.x[p] - g.x[s];
-      const double reach = touch_reach(m, fiber, bar) + skin + half_bar;
-      if (std::abs(r.x()) > reach) continue;
-      const double from = periodic ? std::ceil((r.y() - reach) / m.period_y) : 0, to = periodic ? std::floor((r.y() + reach) / m.period_y) : 0;
-      for (auto image = static_cast<std::int32_t>(from); image <= static_cast<std::int32_t>(to); ++image) {
-        candidates.push_back({bar, image, 0, s, image});
-      }
-    }
-  };
   // The contacts of a node: of its own and at the points of the halves of the bars that meet in it.
   const auto keep_old = [&](std::uint32_t p) {
+    const auto begin_old = old.line.begin() + old.line_of[fiber], end_old = old.line.begin() + old.line_of[fiber + 1];
     const auto keep = [&](std::uint32_t bar, bool second_half) {
-      auto o = std::lower_bound(old_begin, old_end, bar, [](const LineContact& c, std::uint32_t node) { return c.node < node; });
-      for (; o != old_end && o->node == bar; ++o) {
-        if ((o->fraction >= 0.5F) == second_half && m.role[m.fiber_of[o->segment]] != Role::reed) found.push_back(*o);
+      for (auto o = std::ranges::lower_bound(begin_old, end_old, bar, {}, &LineContact::node); o != end_old && o->node == bar; ++o) {
+        if ((o->fraction >= 0.5F) != second_half) continue;
+        const auto number = static_cast<std::uint32_t>(o - old.line.begin());
+        const auto picked_end = old.active.number.begin() + old.active.of[fiber + 1];
+        const auto picked = std::lower_bound(old.active.number.begin() + old.active.of[fiber], picked_end, number);
+        if (picked != picked_end && *picked == number) {
+          const auto i = picked - old.active.number.begin();
+          found.push_back({old.active.line[i], old.active.spring[i]});
+        } else {
+          found.push_back({*o, {}});
+        }
       }
     };
     keep(p, false);
@@ -184,7 +187,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
       const double reach = touch_reach(m, fiber, run.front().fiber) + skin;
       if (meets_at_nodes(m, fiber, run.front().fiber)) {
         each_place(x, run, reach, [&](const Candidate& c, double d2) {
-          add_line({.node = p, .segment = c.segment, .image = c.image, .spring = {}}, d2);
+          add_line({.node = p, .segment = c.segment, .image = c.image}, d2);
         });
         continue;
       }
@@ -220,8 +223,6 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
     candidates.clear();
     if (!stale[p]) {
       keep_old(p);
-      find_reed(p);
-      add_candidates(p);
       continue;
     }
     std::int32_t wrap = 0;
@@ -276,11 +277,10 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
         }
       }
     }
-    find_reed(p);
     add_candidates(p);
   }
 
-  std::stable_sort(found.begin(), found.end(), [](const LineContact& a, const LineContact& b) { return a.node < b.node; });
+  std::ranges::stable_sort(found, {}, node_of);
 }
 
 namespace {
@@ -317,12 +317,12 @@ void NeighborSearch::note_motion(const Model& m, const FiberGeometry& g, std::sp
   const auto slab_at = [&](std::uint32_t p) { return static_cast<std::size_t>((g.x[p].x() - low) / slab); };
   std::vector<double> most(slabs + 2, 0);  // with an empty slab at either end
   for (std::uint32_t p = 0; p < m.nodes(); ++p) {
-    if (g.x[p].x() > active_x_max) continue;
+    if (g.x[p].x() > active_x_max || m.role[m.fiber_of[p]] == Role::reed) continue;
     double& s = most[slab_at(p) + 1];
     s = std::max(s, std::isinf(moved[p]) ? moved[p] : (g.x[p] - x_before[p]).norm());
   }
   for (std::uint32_t p = 0; p < m.nodes(); ++p) {
-    if (g.x[p].x() > active_x_max) continue;
+    if (g.x[p].x() > active_x_max || m.role[m.fiber_of[p]] == Role::reed) continue;
     const std::size_t s = slab_at(p);
     moved[p] += std::max({most[s], most[s + 1], most[s + 2]});
   }
@@ -344,17 +344,36 @@ void NeighborSearch::build(const Model& m, const FiberGeometry& g, double skin, 
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::uint32_t f = 0; f < fibers; ++f) search_fiber(m, g, f, skin, active_x_max, stale_, contacts, found_[f]);
 
+  ActiveContacts& held = contacts.active;
   contacts.line.clear();
   contacts.line_of.assign(fibers + 1, 0);
+  held.number.clear();
+  held.line.clear();
+  held.spring.clear();
+  held.of.assign(fibers + 1, 0);
   for (std::uint32_t f = 0; f < fibers; ++f) {
-    contacts.line.insert(contacts.line.end(), found_[f].begin(), found_[f].end());
+    for (const auto& [line, spring] : found_[f]) {
+      if (spring.stiffness > 0) {
+        held.number.push_back(static_cast<std::uint32_t>(contacts.line.size()));
+        held.line.push_back(line);
+        held.spring.push_back(spring);
+      }
+      contacts.line.push_back(line);
+    }
     contacts.line_of[f + 1] = static_cast<std::uint32_t>(contacts.line.size());
+    held.of[f + 1] = static_cast<std::uint32_t>(held.number.size());
   }
 }
 
 void pick_active(const Model& m, const FiberGeometry& g, double skin, ContactList& contacts) {
+  constexpr std::uint32_t none = 0xffffffffu;
   const auto fibers = static_cast<std::uint32_t>(m.fibers());
-  std::vector<std::uint32_t> near(fibers, 0);
+  ActiveContacts& active = contacts.active;
+  std::vector<std::uint32_t> near(fibers, 0), was(contacts.line.size(), none);
+  for (std::uint32_t i = 0; i < active.number.size(); ++i) {
+    was[active.number[i]] = i;
+    contacts.line[active.number[i]] = active.line[i];
+  }
   std::vector<std::uint8_t> keep(contacts.line.size());
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::uint32_t f = 0; f < fibers; ++f) {
@@ -366,27 +385,85 @@ void pick_active(const Model& m, const FiberGeometry& g, double skin, ContactLis
       }
       const PolylinePoint q = walk_to_point(m, g, contact_point(g, c), c.segment, c.image);
       const double gap = std::sqrt(q.distance2) - touch_reach(m, f, m.fiber_of[c.segment]);
-      if (!m.node_contact) let_sleep(g, gap, c);
-      keep[i] = gap < skin;
+      const bool held = was[i] != none && active.spring[was[i]].stiffness > 0;
+      if (!m.node_contact && !held) let_sleep(g, gap, c);
+      keep[i] = gap < skin || held;
       near[f] += keep[i];
     }
   }
-  ActiveContacts& active = contacts.active;
   active.of.assign(fibers + 1, 0);
   for (std::uint32_t f = 0; f < fibers; ++f) active.of[f + 1] = active.of[f] + near[f];
+  const std::vector<FrictionSpring> before = std::move(active.spring);
   active.number.clear();
+  active.line.clear();
+  active.spring.clear();
   for (std::uint32_t i = 0; i < keep.size(); ++i) {
-    if (keep[i]) active.number.push_back(i);
+    if (!keep[i]) continue;
+    active.number.push_back(i);
+    active.line.push_back(contacts.line[i]);
+    active.spring.push_back(was[i] != none ? before[was[i]] : FrictionSpring{});
   }
-  index_targets(m, contacts);
+  index_targets(m, active);
 }
 
-void index_targets(const Model& m, ContactList& contacts) {
-  ActiveContacts& active = contacts.active;
-  active.reacts.assign(active.number.size(), {0, 0});
-  active.reaction.resize(2 * active.number.size());
-  const auto touched = [&](std::uint32_t i) { return m.fiber_of[contacts.line[active.number[i]].segment]; };
+void pick_on_reed(const Model& m, const FiberGeometry& g, double skin, double active_x_max, ContactList& contacts) {
+  ActiveContacts& active = contacts.on_reed;
+  const ActiveContacts before = std::move(active);
+  active = {};
+  const auto fibers = static_cast<std::uint32_t>(m.fibers());
+  active.of.assign(fibers + 1, 0);
+  const auto add = [&](std::uint32_t f, LineContact contact, double gap) {
+    FrictionSpring spring;
+    if (!before.of.empty()) {
+      const auto end = before.line.begin() + before.of[f + 1];
+      const auto same = [&](const LineContact& c) {
+        return c.node == contact.node && c.fraction == contact.fraction && c.segment == contact.segment && c.image == contact.image;
+      };
+      const auto old = std::find_if(std::ranges::lower_bound(before.line.begin() + before.of[f], end, contact.node, {}, &LineContact::node), end, same);
+      if (old != end) spring = before.spring[static_cast<std::size_t>(old - before.line.begin())];
+    }
+    if (gap >= skin && spring.stiffness <= 0) return;
+    if (spring.stiffness <= 0) let_sleep(g, gap, contact);
+    active.number.push_back(static_cast<std::uint32_t>(active.number.size()));
+    active.line.push_back(contact);
+    active.spring.push_back(spring);
+  };
+  for (std::uint32_t f = 0; f < fibers; ++f) {
+    const std::uint32_t end = m.role[f] == Role::reed ? m.first[f] : m.last(f);
+    for (std::uint32_t p = m.first[f]; p < end; ++p) {
+      const auto [low, high] = std::minmax(g.x[p].x(), g.x[p + 1].x());
+      if (low > active_x_max) continue;
+      for (std::uint32_t bar = 0; bar < fibers && m.role[bar] == Role::reed; ++bar) {
+        const std::uint32_t s = m.first[bar];
+        const double touch = touch_reach(m, f, bar), reach = touch + skin;
+        if (low > g.x[s].x() + reach || high < g.x[s].x() - reach) continue;
+        for (std::uint32_t k = 0; k < m.points[f]; ++k) {
+          LineContact contact;
+          contact.node = p;
+          contact.segment = s;
+          contact.fraction = static_cast<float>((k + 0.5) / m.points[f]);
+          const Vec3 point = contact_point(g, contact), r = point - g.x[s];
+          if (std::abs(r.x()) > reach) continue;
+          const double from = m.period_y > 0 ? std::ceil((r.y() - reach) / m.period_y) : 0;
+          const double to = m.period_y > 0 ? std::floor((r.y() + reach) / m.period_y) : 0;
+          for (contact.image = static_cast<std::int32_t>(from); contact.image <= static_cast<std::int32_t>(to); ++contact.image) {
+            const double distance2 = distance2_to_bar(g, point - Vec3(0, contact.image * m.period_y, 0), s);
+            add(f, contact, std::sqrt(distance2) - touch);
+          }
+        }
+      }
+    }
+    active.of[f + 1] = static_cast<std::uint32_t>(active.line.size());
+  }
+  index_targets(m, active);
+}
+
+void index_targets(const Model& m, ActiveContacts& active) {
   const auto count = static_cast<std::uint32_t>(active.number.size());
+  active.reacts.assign(count, 0);
+  active.slot.resize(count);
+  active.reaction.resize(2 * active.number.size());
+  const auto touched = [&](std::uint32_t i) { return m.fiber_of[active.line[i].segment]; };
   active.target_of.assign(m.fibers() + 1, 0);
   for (std::uint32_t i = 0; i < count; ++i) ++active.target_of[touched(i) + 1];
   for (std::size_t f = 0; f < m.fibers(); ++f) active.target_of[f + 1] += active.target_of[f];

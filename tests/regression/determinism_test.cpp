@@ -19,7 +19,7 @@ std::vector<std::uint64_t> bits_of(const weave::State& s) {
   };
   add_all(s.x);
   add_all(s.v);
-  for (const weave::LineContact& c : s.contacts.line) bits.push_back(std::bit_cast<std::uint64_t>(c.spring.along));
+  for (const weave::FrictionSpring& f : s.contacts.active.spring) bits.push_back(std::bit_cast<std::uint64_t>(f.along));
   for (const double d : {s.dt, s.time, s.flows.slip, s.flows.damping}) bits.push_back(std::bit_cast<std::uint64_t>(d));
   return bits;
 }

@@ -166,7 +166,7 @@ TEST(neighbor_search, finds_every_point_that_touches_a_reed_bar_once) {
               const Vec3 shift(0, image * period, 0), x = contact_point(g, point);
               if ((x - g.x[m.first[b]] - shift).head<2>().norm() >= m.pair_law(f, b).reach) continue;
               ++touching;
-              const auto& listed = engine.state().contacts.line;
+              const auto& listed = engine.state().contacts.on_reed.line;
               EXPECT_EQ(std::count_if(listed.begin(), listed.end(), [&](const weave::LineContact& c) {
                 return c.node == p && c.fraction == point.fraction && m.fiber_of[c.segment] == b && c.image == image;
               }), 1) << "fiber " << f << ", bar " << b << ", image " << image;

@@ -26,7 +26,6 @@ struct LineContact {
   std::uint32_t segment = 0;  ///< first node of the touched bar; follows the closest point from step to step
   std::int32_t image = 0;     ///< the touched fiber is shifted by image * period_y
   float fraction = 0;         ///< of the point along its bar; 0 for the node itself
-  FrictionSpring spring;      ///< of the point's own bar on the touched one
   double asleep_until = 0;    ///< travel of the two bars, summed, before which they can not come near a touch [m]
 };
 
@@ -59,24 +58,26 @@ struct Reaction {
   bool active = false;
 };
 
-/// Those contacts that are near enough to be evaluated.
+/// Those contacts that are near enough to be evaluated, one after the other in memory.
 struct ActiveContacts {
   std::vector<std::uint32_t> number;     ///< in the list, rising
+  std::vector<LineContact> line;         ///< as they have been followed since they were picked
+  std::vector<FrictionSpring> spring;    ///< of the point's own bar on the touched one
   std::vector<std::uint32_t> of;         ///< those of fiber f: of[f] ... of[f+1]-1
   std::vector<std::uint32_t> target;     ///< touched side: places in `number` by touched fiber, rising
   std::vector<std::uint32_t> target_of;  ///< as of
-  struct Reacts {
-    std::uint32_t first, count;          ///< its reactions, at most two: on the bar at hand and on one beside it
-  };
-  std::vector<Reacts> reacts;            ///< for each of `number`
+  std::vector<std::uint8_t> reacts;      ///< how many reactions each has, at most two: on the bar at hand and on one beside it
+  std::vector<std::uint32_t> slot;       ///< of the first of them
   std::vector<Reaction> reaction;        ///< those of fiber f's contacts from 2 of[f] on, one after the other
 };
 
-/// Everything within the outer skin is listed at a search; what is within the inner skin is picked from the list more often.
+/// Everything within the outer skin is listed at a search; what is within the inner skin is picked from the list more often. What touches is
+/// always among the picked. The reed, which moves much faster than what it passes, has contacts of its own, found anew at each of its picks.
 struct ContactList {
-  std::vector<LineContact> line;       ///< sorted by node
+  std::vector<LineContact> line;       ///< sorted by node; those picked as they were then
   std::vector<std::uint32_t> line_of;  ///< contacts of fiber f: line_of[f] ... line_of[f+1]-1
   ActiveContacts active;
+  ActiveContacts on_reed;              ///< `number` counts them
 };
 
 /// Geometry that contact reads: positions, velocities and tangents of the present step. Sizes: nodes.
@@ -108,7 +109,7 @@ Vec3 contact_point(const FiberGeometry& geometry, const LineContact& contact);
 /// Bars along the touched fiber between two contacts of one point; the largest number if they are not of one point and fiber.
 std::int64_t bars_apart(const Model& model, const LineContact& a, const LineContact& b);
 
-/// Lets a contact sleep for as long as its fibers, apart by `gap` [m], need to come near a touch. It then costs next to nothing and the
+/// Lets a contact without a spring sleep for as long as its fibers, apart by `gap` [m], need to come near a touch. It then costs next to nothing and the
 /// result does not change, as only a contact that is near counts.
 void let_sleep(const FiberGeometry& geometry, double gap, LineContact& contact);
 
@@ -118,7 +119,7 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
                               ContactList& contacts, std::span<Vec3> force, std::span<DirectionalStiffness> stiffness);
 
 /// Adds the stored reactions on `fiber` to its nodes, in a fixed order.
-void gather_reactions(const FiberGeometry& geometry, const ContactList& contacts, std::uint32_t fiber, std::span<Vec3> force,
+void gather_reactions(const Model& model, const FiberGeometry& geometry, const ContactList& contacts, std::uint32_t fiber, std::span<Vec3> force,
                       std::span<DirectionalStiffness> stiffness);
 
 /// A bent fiber must not push itself: whether a bar of the node's own fiber lies within half a turn of its tightest bend from the node.

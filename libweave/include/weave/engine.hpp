@@ -130,6 +130,7 @@ class Engine {
   double hold_in_guides(std::uint32_t fiber, const Drive& drive);
   [[nodiscard]] double axial_damping(const FiberType& type) const;
   void pick();
+  void pick_reed();
   void share_out();
   template <typename Work>
   void each_of_mine(Work&& work) const;
