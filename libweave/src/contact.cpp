@@ -285,9 +285,8 @@ void line_contact(const Target& at, LineContact& c, FrictionSpring& spring, cons
   const PairLaw& law = m.pair_law(at.fiber, other);
   const PolylinePoint q = follow(m, g, contact_point(g, c), c.segment, c.image);
   const bool one_yarn = meets_at_nodes(m, at.fiber, other);
-  // Half of the pair's length; the other half comes from the other fiber's points, but for a reed bar, which has none.
   const bool on_reed = m.role[other] == Role::reed;
-  const double weight = (on_reed ? 1 : 0.5) * (one_yarn ? m.tributary[p] : m.point_length[at.fiber]);
+  const double weight = share_of_points(m, at.fiber, other) * (one_yarn ? m.tributary[p] : m.point_length[at.fiber]);
   // Two contacts of one point, each followed along a bent fiber from a place of its own, have met: then the first counts alone.
   if (before != nullptr && bars_apart(m, *before, c) <= 1) return release(spring, sums.slip_loss);
   if (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.segment, c.image)) return release(spring, sums.slip_loss);
@@ -418,6 +417,14 @@ std::int64_t bars_apart(const Model& m, const LineContact& a, const LineContact&
   if (a.node != b.node || a.fraction != b.fraction || f != m.fiber_of[b.segment]) return none;
   if (!m.periodic[f] && a.image != b.image) return none;
   return std::abs(static_cast<std::int64_t>(a.segment) - b.segment + static_cast<std::int64_t>(a.image - b.image) * m.own_nodes(f));
+}
+
+double share_of_points(const Model& m, std::uint32_t a, std::uint32_t b) {
+  if (m.role[b] == Role::reed) return 1;
+  if (a == b || m.node_contact) return 0.5;
+  const auto name = [&](std::uint32_t f) { return std::pair(m.yarn[f], m.place[f]); };
+  const bool even = (m.yarn[a] + m.place[a] + m.yarn[b] + m.place[b]) % 2 == 0;
+  return (name(a) == name(b) ? a < b : name(a) < name(b)) == even ? 1 : 0;
 }
 
 bool meets_at_nodes(const Model& m, std::uint32_t fiber_a, std::uint32_t fiber_b) {

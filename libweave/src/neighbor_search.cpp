@@ -272,7 +272,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
           const std::uint32_t other = m.fiber_of[s];
           const bool closed = m.periodic[other];
           const std::int64_t chain = static_cast<std::int64_t>(s) - m.first[other] + (closed ? static_cast<std::int64_t>(image) * m.own_nodes(other) : 0);
-          if (other == fiber && within_own_bend(m, fiber, p, s, image)) continue;
+          if (share_of_points(m, fiber, other) == 0 || (other == fiber && within_own_bend(m, fiber, p, s, image))) continue;
           candidates.push_back({other, closed ? 0 : image, chain, s, image});
         }
       }

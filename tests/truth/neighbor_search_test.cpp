@@ -47,6 +47,7 @@ void compare_with_brute_force(const weave::Engine& engine, Comparison& result) {
 
   for (std::uint32_t f = 0; f < m.fibers(); ++f) {
     for (std::uint32_t b = 0; b < m.fibers(); ++b) {
+      if (share_of_points(m, f, b) == 0) continue;  // the pair is in the other's list
       const bool nodes = meets_at_nodes(m, f, b);
       const std::uint32_t end = nodes ? m.first[f] + m.own_nodes(f) : m.last(f);
       for (std::uint32_t p = m.first[f]; p < end; ++p) {

@@ -101,6 +101,9 @@ struct ContactSums {
   std::uint32_t touching = 0;
 };
 
+/// Share of the contact of two fibers that the points of the first stand for: all or nothing, so that each pair is evaluated once; half for a fiber
+/// on its own images and for the node-to-node law. The fibers of a model take turns by the numbers of yarns and places.
+double share_of_points(const Model& model, std::uint32_t fiber_a, std::uint32_t fiber_b);
 /// Whether the nodes are the points of the contact of a fiber on another: they are of one yarn, or the law is node-to-node (never on a reed bar).
 bool meets_at_nodes(const Model& model, std::uint32_t fiber_a, std::uint32_t fiber_b);
 /// Distance of a point of `fiber` from the axis of `other` within which the fibers may touch: the point's samples lie to both sides of it [m].
