@@ -29,13 +29,13 @@ auto scalars_of(auto& s) {
 /// Calls f with each integer of a contact, const or not, in the order of the file.
 void each_place(auto& c, auto&& f) {
   f(c.node);
-  f(c.segment);
+  f(c.span);
   f(c.image);
 }
 
 /// And with each of its numbers.
 void each_number(auto& c, auto&& f) {
-  f(c.fraction);
+  f(c.at);
   f(c.asleep_until);
 }
 

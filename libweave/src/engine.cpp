@@ -52,10 +52,12 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   options_.outer_skin = std::max(options_.outer_skin, 2 * options_.skin);
   const std::size_t n = model_.nodes();
   bar_tangent_.assign(n, Vec3::Zero());
-  node_tangent_.assign(n, Vec3::UnitX());
+  span_.assign(n, {});
+  rate_.assign(n, {});
+  span_force_.assign(n, {});
   force_.assign(n, Vec3::Zero());
   velocity_change_.assign(n, Vec3::Zero());
-  for (auto* a : {&bar_length_, &bar_inverse_, &bend2_, &bar_rate_, &bar_energy_, &block_speed2_, &block_way_, &reach_ahead_, &tension_, &diagonal_, &upper_,
+  for (auto* a : {&bar_length_, &bar_rate_, &bar_energy_, &block_speed2_, &block_way_, &reach_ahead_, &tension_, &diagonal_, &upper_,
                   &multiplier_, &corner_}) {
     a->assign(n, 0);
   }
@@ -91,7 +93,7 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
 std::pair<Model, State> Engine::release() && { return {std::move(model_), std::move(state_)}; }
 
 FiberGeometry Engine::geometry() const {
-  return {state_.x, state_.v, bar_tangent_, bar_length_, bar_inverse_, node_tangent_, bend2_, state_.travel, reach_ahead_};
+  return {state_.x, state_.v, span_, rate_, state_.travel, reach_ahead_};
 }
 
 void Engine::refresh_geometry(std::uint32_t f) {
@@ -104,33 +106,40 @@ void Engine::refresh_geometry(std::uint32_t f) {
   for (std::uint32_t s = begin; s < last; ++s) {
     const Vec3 r = x[s + 1] - x[s];
     bar_length_[s] = r.norm();
-    bar_inverse_[s] = 1 / bar_length_[s];
-    bar_tangent_[s] = bar_inverse_[s] * r;
+    bar_tangent_[s] = (1 / bar_length_[s]) * r;
   }
-  const auto bend2 = [&](std::uint32_t before, std::uint32_t after) {
-    const double cosine = bar_tangent_[before].dot(bar_tangent_[after]);
-    return (1 - cosine) / std::max(1 + cosine, 1e-12);
+  const Vec3 period(0, model_.period_y, 0);
+  const auto fill = [&](const std::vector<Vec3>& y, const Vec3& shift, std::vector<Span>& span) {
+    for (std::uint32_t p = begin + 1; p < last; ++p) span[p] = span_between(y[p - 1], y[p], y[p + 1]);
+    if (model_.periodic[f]) {
+      span[begin] = span_between(y[last - 1] - shift, y[begin], y[begin + 1]);
+    } else {
+      span[begin] = first_span(y[begin], y[begin + 1]);
+      span[last] = last_span(y[last - 1], y[last]);
+    }
   };
-  for (std::uint32_t p = begin + 1; p < last; ++p) bend2_[p] = bend2(p - 1, p);
-  if (model_.periodic[f]) bend2_[begin] = bend2_[last] = bend2(last - 1, begin);
-  if (model_.node_contact) refresh_node_tangents(f);
+  fill(x, period, span_);
+  fill(state_.v, Vec3::Zero(), rate_);
 }
 
-/// Tangents at the nodes, which only a search and the node-to-node law ask for.
-void Engine::refresh_node_tangents(std::uint32_t f) {
+/// Shares the contacts' forces on a fiber's spans out to its nodes: the adjoint of span_between, first_span and last_span.
+void Engine::share_out_span_forces(std::uint32_t f) {
   const std::uint32_t begin = model_.first[f], last = model_.last(f);
-  const auto& x = state_.x;
-  const auto set = [&](std::uint32_t p, const Vec3& chord) {
-    node_tangent_[p] = (1 / chord.norm()) * chord;
+  const auto inner = [&](const SpanForce& s, std::uint32_t before, std::uint32_t here, std::uint32_t after) {
+    const Vec3 even = 0.125 * s.on_middle + s.on_curve, odd = 0.5 * s.on_slope;
+    force_[before] += even - odd;
+    force_[here] += 0.75 * s.on_middle - 2 * s.on_curve;
+    force_[after] += even + odd;
   };
-  for (std::uint32_t p = begin + 1; p < last; ++p) set(p, x[p + 1] - x[p - 1]);
   if (model_.periodic[f]) {
-    set(begin, x[begin + 1] - x[last - 1] + Vec3(0, model_.period_y, 0));
-    node_tangent_[last] = node_tangent_[begin];
-  } else if (last > begin) {
-    set(begin, x[begin + 1] - x[begin]);
-    set(last, x[last] - x[last - 1]);
+    inner(span_force_[begin], last - 1, begin, begin + 1);
+  } else {
+    force_[begin] += span_force_[begin].on_middle - span_force_[begin].on_slope;
+    force_[begin + 1] += span_force_[begin].on_slope;
+    force_[last] += span_force_[last].on_middle + span_force_[last].on_slope;
+    force_[last - 1] -= span_force_[last].on_slope;
   }
+  for (std::uint32_t p = begin + 1; p < last; ++p) inner(span_force_[p], p - 1, p, p + 1);
 }
 
 /// Picks the contacts that are evaluated, after a search where the list may run out before the next time.
@@ -149,7 +158,6 @@ void Engine::pick() {
   };
   moved_max_ = moved_max();
   if (moved_max_ > moved_limit) {
-    for (std::uint32_t f = 0; f < model_.fibers(); ++f) refresh_node_tangents(f);
     neighbor_search_.build(model_, g, options_.outer_skin, options_.active_x_max, search_ahead * moved_limit, state_.moved, state_.contacts);
     ++state_.searches;
     moved_max_ = moved_max();
@@ -343,7 +351,8 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
   const std::uint32_t begin = model_.first[f], last = model_.last(f), end = begin + model_.own_nodes(f);
   const bool closed = model_.periodic[f];
   const double dt = state_.dt, kick = kick_time();
-  gather_reactions(model_, geometry(), state_.contacts, f, force_, stiffness_);
+  gather_reactions(model_, geometry(), state_.contacts, f, span_force_, stiffness_);
+  share_out_span_forces(f);
 
   if (model_.role[f] == Role::reed) {
     for (std::uint32_t p = begin; p < end; ++p) {
@@ -542,10 +551,11 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
     each_of_mine([&](std::uint32_t f) {
       for (std::uint32_t p = model_.first[f]; p < model_.first[f + 1]; ++p) {
         force_[p].setZero();
+        span_force_[p] = {};
         stiffness_[p] = {};
       }
       per_fiber_[f].flows = {};
-      per_fiber_[f].contact = evaluate_contacts(model_, g, f, state_.dt_before, with_energy, state_.contacts, force_, stiffness_);
+      per_fiber_[f].contact = evaluate_contacts(model_, g, f, state_.dt_before, with_energy, state_.contacts, span_force_, stiffness_);
     });
 #pragma omp barrier
 #pragma omp master
@@ -654,7 +664,7 @@ std::string Engine::describe_failure(StepStatus status) const {
       return fmt::format(
           "step {}, time {:.6g} s: {} is being pushed through {} at x = {:.4g} mm, y = {:.4g} mm, z = {:.4g} mm (overlap {:.2f} of the "
           "distance at touch, limit {:.2f})",
-          state_.step, state_.time, yarn_name(f), yarn_name(model_.fiber_of[sums.contact.segment_max]), 1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z(),
+          state_.step, state_.time, yarn_name(f), yarn_name(model_.fiber_of[sums.contact.span_max]), 1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z(),
           sums.contact.overlap_max, options_.overlap_limit);
     }
   }

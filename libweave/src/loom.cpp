@@ -107,24 +107,21 @@ void put_together(const Rebuild& r, Model& m, State& s) {
     }
     if (r.fibers[f].periodic) v.push_back(v[next.first[f]]);
   }
-  // Contacts whose nodes all stay keep their friction; a bar is known by its first node.
+  // Contacts whose nodes all stay keep their friction; a span is known by its node.
   ContactList contacts;
   std::vector<std::uint32_t> old_fiber(next.fibers(), none);
   for (std::uint32_t f = 0; f < m.fibers(); ++f) {
     if (new_fiber[f] != none) old_fiber[new_fiber[f]] = f;
   }
-  const auto bar_stays = [&](std::uint32_t segment) {
-    return new_node[segment] != none && next.rest_length[new_node[segment]] > 0;
-  };
   const auto carry_over = [&](const ActiveContacts& old, ActiveContacts& held) {
     held.of.assign(next.fibers() + 1, 0);
     for (std::uint32_t f = 0; f < next.fibers(); ++f) {
       if (const std::uint32_t o = old_fiber[f]; o != none && !old.of.empty()) {
         for (std::uint32_t i = old.of[o]; i < old.of[o + 1]; ++i) {
           LineContact c = old.line[i];
-          if (old.spring[i].stiffness <= 0 || new_node[c.node] == none || !bar_stays(c.segment)) continue;
+          if (old.spring[i].stiffness <= 0 || new_node[c.node] == none || new_node[c.span] == none) continue;
           c.node = new_node[c.node];
-          c.segment = new_node[c.segment];
+          c.span = new_node[c.span];
           c.asleep_until = 0;
           held.line.push_back(c);
           held.spring.push_back(old.spring[i]);

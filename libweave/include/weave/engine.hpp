@@ -114,7 +114,7 @@ class Engine {
     bool finite = true;
   };
   void refresh_geometry(std::uint32_t fiber);
-  void refresh_node_tangents(std::uint32_t fiber);
+  void share_out_span_forces(std::uint32_t fiber);
   void find_ways(std::uint32_t fiber, double dt);
   void add_travel(std::uint32_t fiber);
   void look_ahead(std::uint32_t fiber);
@@ -148,8 +148,10 @@ class Engine {
   double step_limit_ = 0;
   double moved_max_ = 0;       ///< largest of state().moved
   bool list_is_late_ = false;  ///< nodes have moved farther than the contact list in use allows
-  std::vector<Vec3> bar_tangent_, node_tangent_, force_, velocity_change_;
-  std::vector<double> bar_length_, bar_inverse_, bend2_, bar_rate_, bar_energy_, block_speed2_, block_way_, reach_ahead_, tension_;
+  std::vector<Vec3> bar_tangent_, force_, velocity_change_;
+  std::vector<Span> span_, rate_;        ///< of the axes, and of their velocities
+  std::vector<SpanForce> span_force_;
+  std::vector<double> bar_length_, bar_rate_, bar_energy_, block_speed2_, block_way_, reach_ahead_, tension_;
   std::vector<DirectionalStiffness> stiffness_;
   std::vector<double> diagonal_, upper_, multiplier_, corner_;  ///< of the solve for the bars' tensions
   std::vector<std::uint8_t> slack_;                             ///< per bar

@@ -37,13 +37,14 @@ class NeighborSearch {
 
  private:
   struct Bin {
-    std::vector<std::uint32_t> start, segment;
-    std::vector<std::int32_t> wrap;  ///< periods by which the bar's middle was shifted into the cell
-    std::vector<Vec3> middle;        ///< of the bar, in the cell
+    std::vector<std::uint32_t> start, span;
+    std::vector<std::int32_t> wrap;  ///< periods by which the span's middle was shifted into the cell
+    std::vector<Vec3> middle;        ///< of the span, in the cell
+    std::vector<Vec3> tangent;       ///< there, unit
     Vec3 origin = Vec3::Zero(), size = Vec3::Ones();
     int nx = 0, ny = 0, nz = 0;
   };
-  void bin_segments(const Model& model, const FiberGeometry& geometry, double reach, double active_x_max);
+  void bin_spans(const Model& model, const FiberGeometry& geometry, double reach, double active_x_max);
   void search_fiber(const Model& model, const FiberGeometry& geometry, std::uint32_t fiber, double skin, double active_x_max,
                     const std::vector<std::uint8_t>& stale, const ContactList& old, std::vector<Found>& found) const;
   Bin bins_;
