@@ -3,8 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <exception>
 
-#include "envelope_command.hpp"
 #include "heddle/compare_command.hpp"
+#include "heddle/envelope_command.hpp"
 #include "heddle/surface_files.hpp"
 #include "homogenize_command.hpp"
 #include "mesh_command.hpp"
@@ -116,6 +116,7 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->check(CLI::IsMember(heddle::surface_formats))
       ->capture_default_str();
+  envelope_app->add_flag("--unconverged", envelope.unconverged, "go on with a relaxed cell that is no certified minimum");
 
   heddle::CompositeOptions mesh;
   CLI::App* mesh_app = app.add_subcommand("mesh", "Mesh a composite unit cell; write VTU, Gmsh, Abaqus and CalculiX files");

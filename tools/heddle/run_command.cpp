@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "envelope_command.hpp"
+#include "heddle/envelope_command.hpp"
 #include "homogenize_command.hpp"
 #include "relax_command.hpp"
 #include "report_page.hpp"
@@ -27,8 +27,8 @@ using std::filesystem::path;
 
 constexpr std::array<const char*, 4> stage_names = {"weave", "relax", "envelope", "homogenize"};
 
-/// Content of a stage's stage.json; null where there is none or it is not whole.
-ordered_json read_stage(const path& file) {
+/// Content of a JSON file; null where there is none or it is not whole.
+ordered_json read_json(const path& file) {
   std::ifstream in(file);
   return in ? ordered_json::parse(in, nullptr, false) : ordered_json();
 }
@@ -46,7 +46,7 @@ class Pipeline {
     inputs["after"] = inputs_;
     inputs_ = std::move(inputs);
     const path file = folder_of(stage) / "stage.json";
-    const ordered_json before = read_stage(file);
+    const ordered_json before = read_json(file);
     const bool same = before.is_object() && before.value("inputs", ordered_json()) == inputs_;
     if (same && before.value("finished", false)) {
       fmt::print("{}: unchanged, kept\n", stage);
@@ -147,7 +147,9 @@ int run_command(const PipelineOptions& options) {
       return result;
     });
     if (status != 1) return status;
-    fmt::print(stderr, "the relaxed cell is no certified minimum{}\n", options.unconverged ? "; going on with it" : "; --unconverged goes on with it");
+    const ordered_json summary = read_json(relaxed / "summary.json");
+    fmt::print(stderr, "relax: the relaxed cell is no certified minimum: {}; {}\n", summary.value("blocked_by", ""),
+               options.unconverged ? "going on with it" : "--unconverged goes on with it");
     return options.unconverged ? 0 : 1;
   };
   const auto envelope_stage = [&] {
@@ -156,6 +158,7 @@ int run_command(const PipelineOptions& options) {
       o.input = relaxed;
       o.output = envelope;
       o.formats = {"off", "vtp", "stl"};
+      o.unconverged = options.unconverged;
       return envelope_command(o);
     });
   };
