@@ -33,14 +33,14 @@ void add_composite_options(CLI::App& app, heddle::CompositeOptions& o) {
   app.add_option("--kernel-radius", o.kernel_radius, "fibers within it make a point's local volume fraction [fiber diameters]")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
-  app.add_option("--fiber", o.fiber, "e_glass, s2_glass, aramid or carbon")->capture_default_str();
+  app.add_option("--fiber", o.fiber, "e_glass, s2_glass, aramid or carbon (default: the case's material, else e_glass)");
   app.add_option("--fiber-e1", o.fiber_e1, "along the fiber [Pa] (default: of the named fiber)")->check(CLI::PositiveNumber);
   app.add_option("--fiber-e2", o.fiber_e2, "across [Pa]")->check(CLI::PositiveNumber);
   app.add_option("--fiber-g12", o.fiber_g12, "[Pa]")->check(CLI::PositiveNumber);
   app.add_option("--fiber-nu12", o.fiber_nu12, "")->check(CLI::Range(-0.99, 5.0));
   app.add_option("--fiber-nu23", o.fiber_nu23, "")->check(CLI::Range(-0.99, 0.99));
-  app.add_option("--matrix-e", o.matrix_e, "[Pa]")->capture_default_str()->check(CLI::PositiveNumber);
-  app.add_option("--matrix-nu", o.matrix_nu, "")->capture_default_str()->check(CLI::Range(-0.99, 0.499));
+  app.add_option("--matrix-e", o.matrix_e, "[Pa] (default: the case's, else 3.45e9)")->check(CLI::PositiveNumber);
+  app.add_option("--matrix-nu", o.matrix_nu, "(default: the case's, else 0.35)")->check(CLI::Range(-0.99, 0.499));
   app.add_option("--rule", o.rule, "of micromechanics within yarns")
       ->capture_default_str()
       ->check(CLI::IsMember({"chamis", "mori_tanaka"}));
@@ -136,6 +136,7 @@ int main(int argc, char** argv) {
   run_app->add_option("--until", pipeline.until, "last stage")->capture_default_str()->check(CLI::IsMember({"weave", "relax", "envelope", "homogenize"}));
   run_app->add_option("--fibers", pipeline.fibers, "digital fibers a yarn of the relaxed cell (default as woven)")->check(CLI::Range(1, 1000));
   run_app->add_option("--elements", pipeline.elements, "of the homogenized mesh, about")->capture_default_str()->check(CLI::Range(8, 10000000));
+  run_app->add_option("--fiber", pipeline.fiber, "e_glass, s2_glass, aramid or carbon (default: the case's material, else e_glass)");
   run_app->add_flag("--unconverged", pipeline.unconverged, "go on with a relaxed cell that is no certified minimum");
   run_app->add_flag("-q,--quiet", pipeline.quiet, "no progress");
 

@@ -117,6 +117,10 @@ int run_command(const PipelineOptions& options) {
   const weave::Case c = weave::load_case(options.case_file, options.overrides);
   const auto last = std::find(stage_names.begin(), stage_names.end(), options.until);
   if (last == stage_names.end()) throw std::invalid_argument("--until " + options.until + ": must be weave, relax, envelope or homogenize");
+  HomogenizeCommandOptions homogenize_options;
+  homogenize_options.fiber = options.fiber;
+  homogenize_options.elements = options.elements;
+  if (options.until == stage_names.back()) constituents_of(homogenize_options, c);  // what it can not take is said before the weaving
   const path output = options.output.empty() ? path("results") / c.name : options.output;
   Pipeline pipeline(output);
   const path woven = pipeline.folder_of("weave"), relaxed = pipeline.folder_of("relax"), envelope = pipeline.folder_of("envelope"),
@@ -163,11 +167,12 @@ int run_command(const PipelineOptions& options) {
     });
   };
   const auto homogenize_stage = [&] {
-    return pipeline.run("homogenize", {{"elements", options.elements}}, [&](bool) {
-      HomogenizeCommandOptions o;
+    ordered_json inputs = {{"elements", options.elements}};
+    if (!options.fiber.empty()) inputs["fiber"] = options.fiber;
+    return pipeline.run("homogenize", inputs, [&](bool) {
+      HomogenizeCommandOptions o = homogenize_options;
       o.input = envelope;
       o.output = homogenized;
-      o.elements = options.elements;
       return homogenize_command(o);
     });
   };
