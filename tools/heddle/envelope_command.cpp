@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "heddle/surface_files.hpp"
+#include "heddle/texgen_file.hpp"
 #include "heddle/view.hpp"
 #include "relax/envelope.hpp"
 #include "relax/relaxed_file.hpp"
@@ -135,6 +136,10 @@ int envelope_command(const EnvelopeCommandOptions& options) {
   weave::write_results(output / "fibers.vtkhdf", {envelopes.fibers, {}, results.case_toml, relax::version()});
   draw_sections(results, envelopes, output);
   for (const std::string& format : options.formats) {
+    if (format == "tg3") {  // sections, and all yarns in one
+      weave::write_text_file(output / "yarns.tg3", texgen_text(envelopes, case_name));
+      continue;
+    }
     for (const NamedSurface& s : surfaces) write_surfaces(output / (s.name + "." + format), std::span(&s, 1));
     write_surfaces(output / ("yarns." + format), surfaces);
   }

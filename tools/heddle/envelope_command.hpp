@@ -5,6 +5,9 @@
 
 namespace heddle {
 
+/// Of surfaces, and of the sections for TexGen.
+inline const std::vector<std::string> envelope_formats = {"stl", "obj", "ply", "off", "vtp", "tg3"};
+
 struct EnvelopeCommandOptions {
   std::filesystem::path input;      ///< results folder with relax.vtkhdf or cell.vtkhdf, or such a file
   std::filesystem::path output;     ///< default INPUT/envelope

@@ -5,7 +5,6 @@
 
 #include "heddle/compare_command.hpp"
 #include "heddle/envelope_command.hpp"
-#include "heddle/surface_files.hpp"
 #include "homogenize_command.hpp"
 #include "mesh_command.hpp"
 #include "relax_command.hpp"
@@ -112,9 +111,9 @@ int main(int argc, char** argv) {
   envelope_app->add_option("--ball-radius", envelope.ball_radius, "of the ball rolled around a section [fiber diameters]")
       ->capture_default_str();
   envelope_app->add_option("--gap", envelope.gap, "least distance between yarns [fiber diameters]")->capture_default_str();
-  envelope_app->add_option("--formats", envelope.formats, "of the surfaces: stl, obj, ply, off, vtp")
+  envelope_app->add_option("--formats", envelope.formats, "of the surfaces: stl, obj, ply, off, vtp; tg3: sections for TexGen")
       ->delimiter(',')
-      ->check(CLI::IsMember(heddle::surface_formats))
+      ->check(CLI::IsMember(heddle::envelope_formats))
       ->capture_default_str();
   envelope_app->add_flag("--unconverged", envelope.unconverged, "go on with a relaxed cell that is no certified minimum");
 
