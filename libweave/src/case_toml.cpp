@@ -105,7 +105,8 @@ void read_materials(TableReader table, Case& c) {
     m.nu23 = material.quantity("nu23", Dimension::number, {-1, 1, true, true});
     const double nu12_bound = std::sqrt(0.5 * (1 - m.nu23) * m.e1 / m.e2);
     if (std::abs(m.nu12) >= nu12_bound) {
-      material.mistake("nu12", fmt::format("must be within +-sqrt((1 - nu23) e1 / (2 e2)) = {:.6g}, or the strain energy is not positive", nu12_bound));
+      material.mistake(
+          "nu12", fmt::format("must be within +-sqrt((1 - nu23) e1 / (2 e2)) = {:.6g}, or the strain energy is not positive", nu12_bound));
     }
     material.report_unknown();
     for (const KnownFiber& known : known_fibers()) {
@@ -469,7 +470,8 @@ Case parse_case(const std::string& text, const std::string& file, const std::vec
   read_output(top.table("output"), c.output);
   if (top.find("matrix")) {
     TableReader matrix = top.table("matrix");
-    c.matrix_material = {matrix.quantity("e", Dimension::pressure, positive), matrix.quantity("nu", Dimension::number, {-1, 0.5, true, true})};
+    c.matrix_material = {matrix.quantity("e", Dimension::pressure, positive),
+                         matrix.quantity("nu", Dimension::number, {-1, 0.5, true, true})};
     matrix.report_unknown();
   }
   top.report_unknown();

@@ -133,7 +133,8 @@ const Mistake mistakes[] = {
     {"ZeroLength", "\"0.2 in\"", "0", "19: loom.length = 0: must be > 0 m and <= 10 m"},
     {"NegativeLength", "\"0.6 mm\"", "\"-0.6 mm\"", "20: loom.dent_width = \"-0.6 mm\": must be > 0 m and <= 10 m"},
     {"UnknownMaterial", "[[section]]", "material = \"hemp\"\n[[section]]",
-     "8: yarns.glass.material = \"hemp\": unknown material; known ones: e_glass, s2_glass, aramid, carbon, and those of tables [material.NAME]"},
+     "8: yarns.glass.material = \"hemp\": unknown material; known ones: e_glass, s2_glass, aramid, carbon, and those of tables "
+     "[material.NAME]"},
     {"MaterialWithoutConstant", "[weft]", "[material.hemp]\ne1 = \"30 GPa\"\ne2 = \"5 GPa\"\nnu12 = 0.3\nnu23 = 0.3\n[weft]",
      "16: material.hemp.g12 = (missing): missing; expected a pressure"},
     {"MaterialWithoutEnergy", "[weft]", "[material.hemp]\ne1 = \"8 GPa\"\ne2 = \"8 GPa\"\ng12 = 1e9\nnu12 = 0.8\nnu23 = 0.5\n[weft]",

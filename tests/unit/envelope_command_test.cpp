@@ -47,8 +47,8 @@ class EnvelopeCommand : public testing::Test {
   }
 
   void expect_refused(const std::string& because) const {
-    EXPECT_THAT([&] { run(false); }, ThrowsMessage<std::runtime_error>(AllOf(HasSubstr((folder / "relax.vtkhdf").string()), HasSubstr(because),
-                                                                            HasSubstr("--unconverged"))));
+    EXPECT_THAT([&] { run(false); }, ThrowsMessage<std::runtime_error>(AllOf(HasSubstr((folder / "relax.vtkhdf").string()),
+                                                                             HasSubstr(because), HasSubstr("--unconverged"))));
     EXPECT_FALSE(std::filesystem::exists(folder / "envelope"));
   }
 

@@ -26,15 +26,17 @@ std::filesystem::path cell_file(const std::filesystem::path& input) {
   throw std::runtime_error(input.string() + ": holds neither relax.vtkhdf nor cell.vtkhdf");
 }
 
-/// What keeps a relaxed cell from being a certified minimum; empty for a certified one and for a woven cell. Throws unless it is empty or accepted.
+/// What keeps a relaxed cell from being a certified minimum; empty for a certified one and for a woven cell. Throws unless it is empty or
+/// accepted.
 std::string expect_converged(const std::filesystem::path& file, bool accepted) {
   if (!relax::is_relaxed(file)) return "";
   const relax::RelaxedFile relaxed = relax::read_relaxed(file);
   std::string blocked_by = relaxed.blocked_by ? *relaxed.blocked_by : relax::certify(relaxed.cell, relaxed.q).blocked_by;
   if (!blocked_by.empty() && !accepted) {
-    throw std::runtime_error(fmt::format("{}: the relaxed cell is no certified minimum: {}; relax it further (heddle relax with more --iterations or "
-                                         "--first-order), or go on with it by --unconverged",
-                                         file.string(), blocked_by));
+    throw std::runtime_error(
+        fmt::format("{}: the relaxed cell is no certified minimum: {}; relax it further (heddle relax with more --iterations or "
+                    "--first-order), or go on with it by --unconverged",
+                    file.string(), blocked_by));
   }
   return blocked_by;
 }
@@ -144,7 +146,8 @@ int envelope_command(const EnvelopeCommandOptions& options) {
     write_surfaces(output / ("yarns." + format), surfaces);
   }
   const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  weave::write_text_file(output / "summary.json", relax::envelope_summary_json(results.snapshot, envelope, envelopes, case_name, blocked_by, wall));
+  weave::write_text_file(output / "summary.json",
+                         relax::envelope_summary_json(results.snapshot, envelope, envelopes, case_name, blocked_by, wall));
 
   const relax::EnvelopeReport& r = envelopes.report;
   fmt::print("{}: {} yarns in {:.2f} s, {}, {} self-intersections, {} mutual intersections\n", case_name, envelopes.yarns.size(), wall,

@@ -20,8 +20,8 @@ struct EnvelopeCommandOptions {
 };
 
 /// Makes the surfaces of a unit cell's yarns; writes them one by one and together, their sections as CSV and HDF5, pictures, and
-/// summary.json. Returns the exit status: 0 closed and disjoint surfaces, 1 not so. Throws std::runtime_error naming file and certificate for a relaxed
-/// cell that is no certified minimum, before any work, unless that is accepted.
+/// summary.json. Returns the exit status: 0 closed and disjoint surfaces, 1 not so. Throws std::runtime_error naming file and certificate
+/// for a relaxed cell that is no certified minimum, before any work, unless that is accepted.
 int envelope_command(const EnvelopeCommandOptions& options);
 
 }  // namespace heddle

@@ -21,11 +21,20 @@ std::string attribute_text(const std::string& text) {
   std::string result;
   for (const char c : text) {
     switch (c) {
-      case '&': result += "&amp;"; break;
-      case '<': result += "&lt;"; break;
-      case '>': result += "&gt;"; break;
-      case '"': result += "&quot;"; break;
-      default: result += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+      case '&':
+        result += "&amp;";
+        break;
+      case '<':
+        result += "&lt;";
+        break;
+      case '>':
+        result += "&gt;";
+        break;
+      case '"':
+        result += "&quot;";
+        break;
+      default:
+        result += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
     }
   }
   return result;
@@ -35,7 +44,8 @@ std::string text_of(const Vec3& v) {
   return fmt::format("{}, {}, {}", v.x(), v.y(), v.z());
 }
 
-/// TexGen's axes of a section: the tangent is the section's normal, a point of the polygon (x, y) lies at x (tangent x up) + y up from the node.
+/// TexGen's axes of a section: the tangent is the section's normal, a point of the polygon (x, y) lies at x (tangent x up) + y up from the
+/// node.
 Vec3 up_of(const YarnSection& s) {
   return s.normal.cross(s.lateral).normalized();
 }
@@ -72,7 +82,8 @@ void add_yarn(std::string& text, const YarnEnvelope& e, std::size_t index, doubl
   const auto out = std::back_inserter(text);
   constexpr int to_be_built = 7;  // TexGen's line, surface and volume
   fmt::format_to(out,
-                 "<Yarn index=\"{}\" FibreAreaValue=\"{}\" FibreAreaUnits=\"mm^2\" NumSlaveNodes=\"{}\" NumSectionPoints=\"{}\" NeedsBuilding=\"{}\">\n"
+                 "<Yarn index=\"{}\" FibreAreaValue=\"{}\" FibreAreaUnits=\"mm^2\" NumSlaveNodes=\"{}\" NumSectionPoints=\"{}\" "
+                 "NeedsBuilding=\"{}\">\n"
                  "<Interpolation Periodic=\"1\" ForceInPlaneTangent=\"0\" ForceMasterNodeTangent=\"0\" type=\"CInterpolationBezier\"/>\n"
                  "<YarnSection type=\"CYarnSectionInterpNode\" ConstMesh=\"1\" Ramped=\"0\" Polar=\"0\">\n",
                  index, fiber_area(e), e.rings, e.ring_points, to_be_built);
@@ -89,11 +100,12 @@ void add_yarn(std::string& text, const YarnEnvelope& e, std::size_t index, doubl
     text += "</Section>\n</NodeSection>\n";
   }
   text += "</YarnSection>\n<FibreDistribution type=\"CFibreDistributionConst\"/>\n";
-  for (const Vec3& repeat : {Vec3(length, 0, 0), Vec3(0, width, 0)}) fmt::format_to(out, "<Repeat value=\"{}\"/>\n", text_of(per_mm * repeat));
+  for (const Vec3& repeat : {Vec3(length, 0, 0), Vec3(0, width, 0)})
+    fmt::format_to(out, "<Repeat value=\"{}\"/>\n", text_of(per_mm * repeat));
   for (std::size_t k = 0; k < e.rings; ++k) {
     const YarnSection& s = e.sections[k];
-    fmt::format_to(out, "<MasterNode index=\"{}\" Position=\"{}\" Tangent=\"{}\" Up=\"{}\" Angle=\"0\"/>\n", k, text_of(per_mm * s.centroid),
-                   text_of(s.normal), text_of(up_of(s)));
+    fmt::format_to(out, "<MasterNode index=\"{}\" Position=\"{}\" Tangent=\"{}\" Up=\"{}\" Angle=\"0\"/>\n", k,
+                   text_of(per_mm * s.centroid), text_of(s.normal), text_of(up_of(s)));
   }
   text += "</Yarn>\n";
 }
@@ -110,12 +122,13 @@ std::string texgen_text(const relax::Envelopes& envelopes, const std::string& na
       high = std::max(high, x.z());
     }
   std::string text = fmt::format(
-      "<?xml version=\"1.0\"?>\n<TexGenModel version=\"3.9.0\">\n<Textile name=\"{}\" GeometryScale=\"mm\" type=\"CTextile\" NeedsBuilding=\"0\">\n"
+      "<?xml version=\"1.0\"?>\n<TexGenModel version=\"3.9.0\">\n<Textile name=\"{}\" GeometryScale=\"mm\" type=\"CTextile\" "
+      "NeedsBuilding=\"0\">\n"
       "<Domain type=\"CDomainPlanes\">\n",
       attribute_text(name));
   // A point x is inside where normal . x > d for each plane.
-  const std::pair<Vec3, double> planes[] = {{Vec3::UnitX(), cell.x_min}, {-Vec3::UnitX(), -cell.x_max}, {Vec3::UnitY(), 0},
-                                            {-Vec3::UnitY(), -cell.cell_width}, {Vec3::UnitZ(), low},   {-Vec3::UnitZ(), -high}};
+  const std::pair<Vec3, double> planes[] = {{Vec3::UnitX(), cell.x_min},        {-Vec3::UnitX(), -cell.x_max}, {Vec3::UnitY(), 0},
+                                            {-Vec3::UnitY(), -cell.cell_width}, {Vec3::UnitZ(), low},          {-Vec3::UnitZ(), -high}};
   for (const auto& [normal, d] : planes)
     fmt::format_to(std::back_inserter(text), "<Plane Normal=\"{}\" d=\"{}\"/>\n", text_of(normal), per_mm * d);
   text += "</Domain>\n";

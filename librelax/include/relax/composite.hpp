@@ -11,9 +11,9 @@ namespace relax {
 /// Stiffness or compliance in Voigt's order xx, yy, zz, yz, xz, xy, with engineering shear strains.
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-using weave::TransverseIsotropic;
 using weave::check_constants;
 using weave::isotropic;
+using weave::TransverseIsotropic;
 
 /// Stiffness with axis 1 along the unit vector `axis` [Pa].
 Matrix6 stiffness(const TransverseIsotropic& material, const Vec3& axis);
