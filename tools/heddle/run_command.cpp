@@ -152,8 +152,8 @@ int run_command(const PipelineOptions& options) {
     });
     if (status != 1) return status;
     const ordered_json summary = read_json(relaxed / "summary.json");
-    fmt::print(stderr, "relax: the relaxed cell is no certified minimum: {}; {}\n", summary.value("blocked_by", ""),
-               options.unconverged ? "going on with it" : "--unconverged goes on with it");
+    fmt::print(stderr, "{}the relaxed cell is no certified minimum: {}; {}\n", options.unconverged ? "" : "relax failed: ",
+               summary.value("blocked_by", ""), options.unconverged ? "going on with it" : "--unconverged goes on with it");
     return options.unconverged ? 0 : 1;
   };
   const auto envelope_stage = [&] {
@@ -185,7 +185,12 @@ int run_command(const PipelineOptions& options) {
   page.case_toml = weave::to_toml(c);
   int status = 0;
   for (std::size_t i = 0; i <= static_cast<std::size_t>(last - stage_names.begin()) && status == 0; ++i) {
-    status = stages[i]();
+    try {
+      status = stages[i]();
+    } catch (const std::exception& e) {
+      fmt::print(stderr, "{} failed: {}\n", stage_names[i], e.what());
+      status = 2;
+    }
     const path folder = pipeline.folder_of(stage_names[i]);
     if (status >= 2 || !std::filesystem::exists(folder / "summary.json")) break;
     std::vector<path> pictures = pictures_in(stage_names[i] == std::string("envelope") ? folder : folder / "pictures");

@@ -20,7 +20,7 @@ struct PipelineOptions {
 /// Weaves a case, relaxes its last unit cell, makes the yarns' surfaces and the stiffness of the composite, each stage with its pictures in a
 /// folder of its own, and report.html, which shows all of them. A stage whose inputs (case, options, program version, the stages before) are
 /// those of its last finished run is kept as it is; an interrupted weave goes on from its checkpoint. Returns the exit status: 0 done, else
-/// that of the stage that stopped it; the page then shows the stages before.
+/// that of the stage that stopped it, 2 where it threw, with its name and message on standard error; the page then shows the stages before.
 int run_command(const PipelineOptions& options);
 
 }  // namespace heddle
