@@ -27,6 +27,8 @@ test_packages=(
   libgmock-dev
   libbenchmark-dev
   python3-vtk9
+  python3-meshio
+  gmsh
 )
 
 # install_missing PACKAGE...: installs those that are not there; asks apt for nothing if all are.

@@ -36,14 +36,15 @@ class Writer {
 };
 
 void write_mesh(Writer& w, const VolumeMesh& mesh) {
-  w.line("*NODE, NSET=ALL_NODES");
+  w.line("*NODE");  // all in one block: some readers keep but the last
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
     const Vec3 x = mm * mesh.points[i];
     w.line("{}, {:.12e}, {:.12e}, {:.12e}", i + 1, x.x(), x.y(), x.z());
   }
   const std::size_t n = mesh.points.size();
-  w.line("*NODE, NSET=STRAIN_NORMAL\n{}, 0., 0., 0.", n + 1);
-  w.line("*NODE, NSET=STRAIN_SHEAR\n{}, 0., 0., 0.", n + 2);
+  w.line("{}, 0., 0., 0.\n{}, 0., 0., 0.", n + 1, n + 2);
+  w.line("*NSET, NSET=ALL_NODES, GENERATE\n1, {}, 1", n);
+  w.line("*NSET, NSET=STRAIN_NORMAL\n{}\n*NSET, NSET=STRAIN_SHEAR\n{}", n + 1, n + 2);
   w.line("*ELEMENT, TYPE=C3D8, ELSET=ALL_ELEMENTS");
   for (std::size_t i = 0; i < mesh.elements(); ++i) {
     const auto& h = mesh.hexes[i];

@@ -8,7 +8,7 @@
 namespace relax {
 
 std::string envelope_summary_json(const weave::Snapshot& cell, const EnvelopeOptions& options, const Envelopes& envelopes,
-                                  const std::string& case_name, double wall) {
+                                  const std::string& case_name, const std::string& blocked_by, double wall) {
   using nlohmann::ordered_json;
   const weave::CellMeasures measures = weave::measure_cell(cell);
   std::size_t triangles = 0;
@@ -37,6 +37,7 @@ std::string envelope_summary_json(const weave::Snapshot& cell, const EnvelopeOpt
   j["tool"] = "envelope";
   j["case"] = case_name;
   j["version"] = version();
+  j["cell_blocked_by"] = blocked_by;
   j["yarns"] = envelopes.yarns.size();
   j["triangles"] = triangles;
   j["closed"] = r.closed;

@@ -62,6 +62,7 @@ void write_relaxed(const std::filesystem::path& file, const RelaxedFile& relaxed
   write_unknowns(out, "/cell/unknowns_m", relaxed.q);
   write_history(out, relaxed.history);
   out.write_text("/meta/options", relaxed.options);
+  if (relaxed.blocked_by) out.write_text("/meta/blocked_by", *relaxed.blocked_by);
   out.commit();
 }
 
@@ -79,6 +80,7 @@ RelaxedFile read_relaxed(const std::filesystem::path& file) {
     relaxed.case_toml = in.read_text("/meta/case_toml");
     relaxed.options = in.read_text("/meta/options");
     relaxed.version = in.read_text("/meta/version");
+    if (in.has("/meta/blocked_by")) relaxed.blocked_by = in.read_text("/meta/blocked_by");
     return relaxed;
   });
 }

@@ -118,6 +118,22 @@ std::string to_toml(const Case& c) {
     t.write("compression_factor", yarn.compression_factor);
     t.write("bending_stiffness", yarn.bending_stiffness);
     t.write("fibers", yarn.fibers);
+    if (!yarn.material.empty()) t.write("material", yarn.material);
+  }
+
+  for (const auto& [name, material] : c.materials) {
+    t.heading(fmt::format("[material.{}]", quoted(name)));
+    t.write("e1", material.e1);
+    t.write("e2", material.e2);
+    t.write("g12", material.g12);
+    t.write("nu12", material.nu12);
+    t.write("nu23", material.nu23);
+  }
+
+  if (c.matrix_material) {
+    t.heading("[matrix]");
+    t.write("e", c.matrix_material->e);
+    t.write("nu", c.matrix_material->nu);
   }
 
   for (const WarpSection& section : c.sections) {

@@ -94,7 +94,36 @@ bool is_fiber_count(int n) {
   return false;
 }
 
-YarnType read_yarn(const std::string& name, TableReader& table) {
+/// Fiber materials by name, each checked by itself and as a whole.
+void read_materials(TableReader table, Case& c) {
+  for (auto& [name, material] : table.named_tables()) {
+    TransverseIsotropic& m = c.materials[name];
+    m.e1 = material.quantity("e1", Dimension::pressure, positive);
+    m.e2 = material.quantity("e2", Dimension::pressure, positive);
+    m.g12 = material.quantity("g12", Dimension::pressure, positive);
+    m.nu12 = material.quantity("nu12", Dimension::number, {-1, 5, true});
+    m.nu23 = material.quantity("nu23", Dimension::number, {-1, 1, true, true});
+    const double nu12_bound = std::sqrt(0.5 * (1 - m.nu23) * m.e1 / m.e2);
+    if (std::abs(m.nu12) >= nu12_bound) {
+      material.mistake(
+          "nu12", fmt::format("must be within +-sqrt((1 - nu23) e1 / (2 e2)) = {:.6g}, or the strain energy is not positive", nu12_bound));
+    }
+    material.report_unknown();
+    for (const KnownFiber& known : known_fibers()) {
+      if (name == known.name) table.mistake(name, "is the name of a known fiber; choose another");
+    }
+  }
+}
+
+void check_material_name(const Case& c, const std::string& name, TableReader& table) {
+  std::vector<std::string> names;
+  for (const KnownFiber& fiber : known_fibers()) names.emplace_back(fiber.name);
+  for (const auto& [own, constants] : c.materials) names.push_back(own);
+  if (std::find(names.begin(), names.end(), name) != names.end()) return;
+  table.mistake("material", fmt::format("unknown material; known ones: {}, and those of tables [material.NAME]", fmt::join(names, ", ")));
+}
+
+YarnType read_yarn(const std::string& name, const Case& c, TableReader& table) {
   YarnType yarn;
   yarn.name = name;
   yarn.linear_density = table.quantity("linear_density", Dimension::linear_density, positive);
@@ -108,6 +137,8 @@ YarnType read_yarn(const std::string& name, TableReader& table) {
   if (yarn.fibers != wrong_integer && !is_fiber_count(yarn.fibers)) {
     table.mistake("fibers", "must be 1, 3, 5 or a centred hexagonal number 7, 19, 37, 61, 91, 127, ...");
   }
+  yarn.material = table.text("material", yarn.material);
+  if (!yarn.material.empty()) check_material_name(c, yarn.material, table);
   table.report_unknown();
   return yarn;
 }
@@ -416,8 +447,9 @@ Case parse_case(const std::string& text, const std::string& file, const std::vec
   c.kept_cells = fabric.integer("kept_cells", 1, 1000000, c.kept_cells);
   c.friction = fabric.quantity("friction", Dimension::number, {0, 10}, c.friction);
 
+  read_materials(top.table("material"), c);
   TableReader yarns = top.table("yarns");
-  for (auto& [name, table] : yarns.named_tables()) c.yarns[name] = read_yarn(name, table);
+  for (auto& [name, table] : yarns.named_tables()) c.yarns[name] = read_yarn(name, c, table);
   if (c.yarns.empty()) top.mistake("yarns", "at least one yarn [yarns.NAME] is needed");
 
   TableReader loom = top.table("loom");
@@ -436,6 +468,12 @@ Case parse_case(const std::string& text, const std::string& file, const std::vec
   settle.report_unknown();
   read_numerics(top.table("numerics"), c.numerics);
   read_output(top.table("output"), c.output);
+  if (top.find("matrix")) {
+    TableReader matrix = top.table("matrix");
+    c.matrix_material = {matrix.quantity("e", Dimension::pressure, positive),
+                         matrix.quantity("nu", Dimension::number, {-1, 0.5, true, true})};
+    matrix.report_unknown();
+  }
   top.report_unknown();
 
   check_picks(fabric, sections, c);

@@ -92,7 +92,7 @@ TEST(relax_restart, relaxed_file_holds_cell_and_history) {
   options.stop_at_iteration = 20;
   const relax::MinimizeResult r = relax::minimize(p.cell, p.unknowns(), options);
   const TemporaryFile file("relax.vtkhdf");
-  relax::write_relaxed(file.path(), {p.cell, r.q, r.history, "the case", "the options", "the version"});
+  relax::write_relaxed(file.path(), {p.cell, r.q, r.history, "the case", "the options", "the version", "a yarn is slack"});
   EXPECT_TRUE(relax::is_relaxed(file.path()));
   const relax::RelaxedFile back = relax::read_relaxed(file.path());
   EXPECT_EQ(back.q, r.q);
@@ -100,6 +100,7 @@ TEST(relax_restart, relaxed_file_holds_cell_and_history) {
   EXPECT_EQ(back.cell.next, p.cell.next);
   EXPECT_EQ(back.cell.tension, p.cell.tension);
   EXPECT_EQ(back.options, "the options");
+  EXPECT_EQ(back.blocked_by, "a yarn is slack");
   ASSERT_EQ(back.history.size(), r.history.size());
   EXPECT_EQ(back.history.back().energy, r.history.back().energy);
   EXPECT_EQ(back.history.back().first_order, r.history.back().first_order);

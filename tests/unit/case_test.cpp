@@ -132,6 +132,17 @@ const Mistake mistakes[] = {
     {"Infinite", "\"0.6 mm\"", "inf", "20: loom.dent_width = inf: must be finite"},
     {"ZeroLength", "\"0.2 in\"", "0", "19: loom.length = 0: must be > 0 m and <= 10 m"},
     {"NegativeLength", "\"0.6 mm\"", "\"-0.6 mm\"", "20: loom.dent_width = \"-0.6 mm\": must be > 0 m and <= 10 m"},
+    {"UnknownMaterial", "[[section]]", "material = \"hemp\"\n[[section]]",
+     "8: yarns.glass.material = \"hemp\": unknown material; known ones: e_glass, s2_glass, aramid, carbon, and those of tables "
+     "[material.NAME]"},
+    {"MaterialWithoutConstant", "[weft]", "[material.hemp]\ne1 = \"30 GPa\"\ne2 = \"5 GPa\"\nnu12 = 0.3\nnu23 = 0.3\n[weft]",
+     "16: material.hemp.g12 = (missing): missing; expected a pressure"},
+    {"MaterialWithoutEnergy", "[weft]", "[material.hemp]\ne1 = \"8 GPa\"\ne2 = \"8 GPa\"\ng12 = 1e9\nnu12 = 0.8\nnu23 = 0.5\n[weft]",
+     "20: material.hemp.nu12 = 0.8: must be within +-sqrt((1 - nu23) e1 / (2 e2)) = 0.5"},
+    {"MaterialOfKnownName", "[weft]", "[material.carbon]\ne1 = 1e9\ne2 = 1e9\ng12 = 1e9\nnu12 = 0\nnu23 = 0\n[weft]",
+     "16: material.carbon = {table}: is the name of a known fiber; choose another"},
+    {"MatrixThatDoesNotShrink", "[weft]", "[matrix]\ne = \"3 GPa\"\nnu = 0.5\n[weft]", "18: matrix.nu = 0.5: must be > -1 and < 0.5"},
+    {"MatrixUnknownKey", "[weft]", "[matrix]\ne = \"3 GPa\"\nnu = 0.3\ng = 1\n[weft]", "19: matrix.g = 1: unknown key"},
     {"EmptyYarnName", "[weft]\nyarn = \"glass\"", "[weft]\nyarn = \"\"", "17: weft.yarn = \"\": must not be empty"},
     {"HugeHeight", "length = \"0.2 in\"", "length = \"0.2 in\"\nheight_ratio = 1e6",
      "20: loom.height_ratio = 1000000.0: makes the loom 5080 m high; must be <= 10 m"},
@@ -225,6 +236,16 @@ TEST(Case, OverridesReplaceTheFilesValues) {
   EXPECT_EQ(c.title, "a = b");
 }
 
+TEST(Case, MaterialsAreWrittenOnlyWhereGiven) {
+  const std::string without = to_toml(parse_case(plain, "plain.toml"));
+  for (const char* key : {"material", "[matrix]"}) EXPECT_THAT(without, Not(HasSubstr(key)));
+  const Case c = parse_case(plain, "plain.toml", {"yarns.glass.material=carbon", "matrix.e=4 GPa", "matrix.nu=0.3"});
+  EXPECT_EQ(c.yarns.at("glass").material, "carbon");
+  ASSERT_TRUE(c.matrix_material);
+  EXPECT_EQ(c.matrix_material->e, 4e9);
+  EXPECT_EQ(c.matrix_material->nu, 0.3);
+}
+
 TEST(Case, WrongOverridesAreMarked) {
   EXPECT_EQ(error_of(plain, {"loom.tension=2 m"}).substr(0, 60), "plain.toml:(override): loom.tension = \"2 m\": is a length; ex");
   EXPECT_EQ(error_of(plain, {"loom.tention=2"}),
@@ -264,6 +285,7 @@ void expect_same(const Case& a, const Case& b) {
     EXPECT_EQ(yarn.compression_factor, other.compression_factor);
     EXPECT_EQ(yarn.bending_stiffness, other.bending_stiffness);
     EXPECT_EQ(yarn.fibers, other.fibers);
+    EXPECT_EQ(yarn.material, other.material);
   }
   ASSERT_EQ(a.sections.size(), b.sections.size());
   for (std::size_t i = 0; i < a.sections.size(); ++i) {
@@ -306,6 +328,19 @@ void expect_same(const Case& a, const Case& b) {
   EXPECT_EQ(a.numerics.axial_damping, b.numerics.axial_damping);
   EXPECT_EQ(a.numerics.skin, b.numerics.skin);
   EXPECT_EQ(a.numerics.outer_skin, b.numerics.outer_skin);
+  ASSERT_EQ(a.materials.size(), b.materials.size());
+  for (const auto& [name, material] : a.materials) {
+    EXPECT_EQ(material.e1, b.materials.at(name).e1);
+    EXPECT_EQ(material.e2, b.materials.at(name).e2);
+    EXPECT_EQ(material.g12, b.materials.at(name).g12);
+    EXPECT_EQ(material.nu12, b.materials.at(name).nu12);
+    EXPECT_EQ(material.nu23, b.materials.at(name).nu23);
+  }
+  ASSERT_EQ(a.matrix_material.has_value(), b.matrix_material.has_value());
+  if (a.matrix_material) {
+    EXPECT_EQ(a.matrix_material->e, b.matrix_material->e);
+    EXPECT_EQ(a.matrix_material->nu, b.matrix_material->nu);
+  }
   EXPECT_EQ(a.output.checkpoint_interval, b.output.checkpoint_interval);
   EXPECT_EQ(a.output.history_interval, b.output.history_interval);
 }
@@ -321,7 +356,9 @@ TEST(Case, EveryKeyRoundTripsToTheBit) {
   // Every entry away from its default and most of them without a short decimal.
   Case c = parse_case(plain, "plain.toml");
   c.title = "quotes \" and \\ and a\ttab, \xc3\xa9";
-  YarnType odd{"odd name.1", 1 / 3e4, 1 / 3e-4, 1e11 / 3, 1e9 / 3, 1 / 3.0, 1e-3 / 3, 1e-12 / 3, 37};
+  YarnType odd{"odd name.1", 1 / 3e4, 1 / 3e-4, 1e11 / 3, 1e9 / 3, 1 / 3.0, 1e-3 / 3, 1e-12 / 3, 37, "odd material"};
+  c.materials["odd material"] = {1e11 / 3, 1e10 / 3, 1e10 / 7, 1 / 3.0, 1 / 7.0};
+  c.matrix_material = {1e10 / 3, 1 / 3.0};
   c.yarns[odd.name] = odd;
   c.sections[0] = {odd.name, 1, 0.1 + 0.2, weaving_matrix_from_rows({"+-", "-+", "--", "++"})};
   c.sections[1] = {"glass", 0, 1 / 7.0, weaving_matrix_from_rows({"-", "+", "+", "-"})};

@@ -161,7 +161,7 @@ class CompareCommand : public ::testing::Test {
     context.case_name = "plain";
     context.case_toml = weave::to_toml(plain_weave(weave));
     context.start = "topology";
-    relax::write_relaxed(folder / name / "relax.vtkhdf", {p.cell, r.q, r.history, context.case_toml, "", "test"});
+    relax::write_relaxed(folder / name / "relax.vtkhdf", {p.cell, r.q, r.history, context.case_toml, "", "test", r.certificate.blocked_by});
     weave::write_text_file(folder / name / "summary.json",
                            relax::summary_json(p.cell, r, weave::measure_cell(relax::snapshot_of(p.cell, r.q)), context));
     return folder / name;

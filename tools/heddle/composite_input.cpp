@@ -1,4 +1,4 @@
-#include "composite_input.hpp"
+#include "heddle/composite_input.hpp"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,6 @@
 
 #include "relax/surface_file.hpp"
 #include "relax/version.hpp"
-#include "weave/case.hpp"
 
 namespace heddle {
 namespace {
@@ -25,6 +24,21 @@ nlohmann::ordered_json constants_json(const relax::TransverseIsotropic& m) {
   return {{"e1_Pa", m.e1}, {"e2_Pa", m.e2}, {"g12_Pa", m.g12}, {"nu12", m.nu12}, {"nu23", m.nu23}};
 }
 
+/// The material that a case gives to its yarns; "e_glass" where it gives none.
+std::string material_of_yarns(const weave::Case& c) {
+  std::vector<std::string> used = c.weft.yarn_of_layer;
+  for (const weave::WarpSection& section : c.sections) used.push_back(section.yarn);
+  const std::string first = used.empty() ? "" : c.yarns.at(used.front()).material;
+  for (const std::string& name : used) {
+    const std::string& material = c.yarns.at(name).material;
+    if (material == first) continue;
+    const auto text = [](const std::string& m) { return m.empty() ? std::string("no material") : "material \"" + m + "\""; };
+    throw std::invalid_argument(fmt::format("case {}: yarn {} has {} and yarn {} {}: the yarns of a composite must be of one material; choose it with --fiber",
+                                            c.name, used.front(), text(first), name, text(material)));
+  }
+  return first.empty() ? "e_glass" : first;
+}
+
 }  // namespace
 
 CompositeInput read_composite_input(const std::filesystem::path& folder) {
@@ -32,7 +46,8 @@ CompositeInput read_composite_input(const std::filesystem::path& folder) {
   if (!std::filesystem::exists(fibers)) throw std::runtime_error(fibers.string() + ": is not there; give a folder that `heddle envelope` wrote");
   CompositeInput input;
   input.source = weave::read_results(fibers);
-  input.case_name = input.source.case_toml.empty() ? folder.stem().string() : weave::parse_case(input.source.case_toml, fibers.string()).name;
+  if (!input.source.case_toml.empty()) input.source_case = weave::parse_case(input.source.case_toml, fibers.string());
+  input.case_name = input.source.case_toml.empty() ? folder.stem().string() : input.source_case.name;
   const weave::Snapshot& cell = input.source.snapshot;
   std::map<int, bool> wefts;
   for (std::size_t f = 0; f < cell.fibers(); ++f) wefts[cell.yarn[f]] = cell.weft[f] != 0;
@@ -58,21 +73,24 @@ relax::VoxelOptions voxel_options(const CompositeOptions& o) {
   return voxels;
 }
 
-relax::Constituents constituents_of(const CompositeOptions& o) {
+relax::Constituents constituents_of(const CompositeOptions& o, const weave::Case& source_case) {
   relax::Constituents c;
-  const auto& known = relax::known_fibers();
-  const auto fiber = std::find_if(known.begin(), known.end(), [&](const relax::KnownFiber& f) { return f.name == o.fiber; });
-  if (fiber == known.end()) {
+  c.fiber_name = !o.fiber.empty() ? o.fiber : material_of_yarns(source_case);
+  const auto& known = weave::known_fibers();
+  const auto fiber = std::find_if(known.begin(), known.end(), [&](const weave::KnownFiber& f) { return f.name == c.fiber_name; });
+  if (o.fiber.empty() && source_case.materials.contains(c.fiber_name)) {
+    c.fiber = source_case.materials.at(c.fiber_name);
+  } else if (fiber != known.end()) {
+    c.fiber = fiber->constants;
+  } else {
     std::string names;
-    for (const relax::KnownFiber& f : known) names += std::string(names.empty() ? "" : ", ") + f.name;
+    for (const weave::KnownFiber& f : known) names += std::string(names.empty() ? "" : ", ") + f.name;
     throw std::invalid_argument("--fiber " + o.fiber + ": known are " + names);
   }
-  c.fiber_name = fiber->name;
-  c.fiber = fiber->constants;
   const auto change = [&](double value, double least, double& constant) {
     if (value <= least) return;
     constant = value;
-    c.fiber_name = std::string(fiber->name) + ", changed";
+    if (!c.fiber_name.ends_with(", changed")) c.fiber_name += ", changed";
   };
   change(o.fiber_e1, 0, c.fiber.e1);
   change(o.fiber_e2, 0, c.fiber.e2);
@@ -80,8 +98,9 @@ relax::Constituents constituents_of(const CompositeOptions& o) {
   change(o.fiber_nu12, -1, c.fiber.nu12);
   change(o.fiber_nu23, -1, c.fiber.nu23);
   c.matrix_name = "epoxy";
-  c.matrix_e = o.matrix_e;
-  c.matrix_nu = o.matrix_nu;
+  const weave::MatrixSpec matrix = source_case.matrix_material.value_or(weave::MatrixSpec{3.45e9, 0.35});
+  c.matrix_e = o.matrix_e > 0 ? o.matrix_e : matrix.e;
+  c.matrix_nu = o.matrix_nu > -1 ? o.matrix_nu : matrix.nu;
   if (o.rule != "chamis" && o.rule != "mori_tanaka") throw std::invalid_argument("--rule " + o.rule + ": must be chamis or mori_tanaka");
   c.rule = o.rule == "chamis" ? relax::Micromechanics::chamis : relax::Micromechanics::mori_tanaka;
   relax::check_constants(c.fiber, "fiber " + c.fiber_name);

@@ -6,6 +6,7 @@
 #include "relax/composite.hpp"
 #include "relax/envelope.hpp"
 #include "relax/volume_mesh.hpp"
+#include "weave/case.hpp"
 #include "weave/results.hpp"
 
 namespace heddle {
@@ -19,10 +20,10 @@ struct CompositeOptions {
   int elements = 20000;           ///< about so many
   double resin_margin = 0;        ///< [m]
   double kernel_radius = 2;       ///< of the estimate of local volume fractions [fiber diameters]
-  std::string fiber = "e_glass";  ///< one of relax::known_fibers()
+  std::string fiber;              ///< one of weave::known_fibers(); empty: as the case says, else "e_glass"
   double fiber_e1 = 0, fiber_e2 = 0, fiber_g12 = 0, fiber_nu12 = -1, fiber_nu23 = -1;  ///< 0 or -1: as `fiber` has it [Pa]
-  double matrix_e = 3.45e9;                                                            ///< [Pa]
-  double matrix_nu = 0.35;
+  double matrix_e = 0;    ///< [Pa]; 0: as the case says, else 3.45e9
+  double matrix_nu = -1;  ///< -1: as the case says, else 0.35
   std::string rule = "chamis";  ///< "chamis" or "mori_tanaka"
   int bins = 10;                ///< of local volume fraction
   bool free_z = false;          ///< sides normal to z free, not periodic
@@ -32,6 +33,7 @@ struct CompositeOptions {
 struct CompositeInput {
   std::vector<relax::YarnEnvelope> envelopes;
   weave::ResultsFile source;
+  weave::Case source_case;  ///< empty where the results hold none
   std::string case_name;
 };
 
@@ -41,8 +43,9 @@ CompositeInput read_composite_input(const std::filesystem::path& folder);
 
 relax::VoxelOptions voxel_options(const CompositeOptions& options);
 
-/// Throws std::invalid_argument for a fiber or rule that is not known, or constants that are not those of a material.
-relax::Constituents constituents_of(const CompositeOptions& options);
+/// Materials by the options, or, where these are silent, by the case. Throws std::invalid_argument for a fiber or rule that is not known, constants
+/// that are not those of a material, or a case whose yarns are of several materials.
+relax::Constituents constituents_of(const CompositeOptions& options, const weave::Case& source_case);
 
 /// Entries of a summary that say what was meshed and of what materials, as JSON text of an object.
 std::string composite_summary(const CompositeInput& input, const relax::VoxelMesh& voxels, const relax::Constituents& constituents,

@@ -1,4 +1,4 @@
-#include "envelope_command.hpp"
+#include "heddle/envelope_command.hpp"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,10 @@
 #include <stdexcept>
 
 #include "heddle/surface_files.hpp"
+#include "heddle/texgen_file.hpp"
 #include "heddle/view.hpp"
 #include "relax/envelope.hpp"
+#include "relax/relaxed_file.hpp"
 #include "relax/version.hpp"
 #include "weave/case.hpp"
 #include "weave/results.hpp"
@@ -22,6 +24,21 @@ std::filesystem::path cell_file(const std::filesystem::path& input) {
   for (const char* name : {"relax.vtkhdf", "cell.vtkhdf"})
     if (std::filesystem::exists(input / name)) return input / name;
   throw std::runtime_error(input.string() + ": holds neither relax.vtkhdf nor cell.vtkhdf");
+}
+
+/// What keeps a relaxed cell from being a certified minimum; empty for a certified one and for a woven cell. Throws unless it is empty or
+/// accepted.
+std::string expect_converged(const std::filesystem::path& file, bool accepted) {
+  if (!relax::is_relaxed(file)) return "";
+  const relax::RelaxedFile relaxed = relax::read_relaxed(file);
+  std::string blocked_by = relaxed.blocked_by ? *relaxed.blocked_by : relax::certify(relaxed.cell, relaxed.q).blocked_by;
+  if (!blocked_by.empty() && !accepted) {
+    throw std::runtime_error(
+        fmt::format("{}: the relaxed cell is no certified minimum: {}; relax it further (heddle relax with more --iterations or "
+                    "--first-order), or go on with it by --unconverged",
+                    file.string(), blocked_by));
+  }
+  return blocked_by;
 }
 
 /// A bare number counts fiber diameters.
@@ -102,6 +119,7 @@ int envelope_command(const EnvelopeCommandOptions& options) {
   envelope.ring_distance = options.ring_distance;
   envelope.ball_radius = options.ball_radius;
   envelope.gap = options.gap;
+  const std::string blocked_by = expect_converged(file, options.unconverged);
   const weave::ResultsFile results = weave::read_results(file);
   const std::string case_name =
       results.case_toml.empty() ? file.stem().string() : weave::parse_case(results.case_toml, file.string() + ": /meta/case_toml").name;
@@ -120,15 +138,21 @@ int envelope_command(const EnvelopeCommandOptions& options) {
   weave::write_results(output / "fibers.vtkhdf", {envelopes.fibers, {}, results.case_toml, relax::version()});
   draw_sections(results, envelopes, output);
   for (const std::string& format : options.formats) {
+    if (format == "tg3") {  // sections, and all yarns in one
+      weave::write_text_file(output / "yarns.tg3", texgen_text(envelopes, case_name));
+      continue;
+    }
     for (const NamedSurface& s : surfaces) write_surfaces(output / (s.name + "." + format), std::span(&s, 1));
     write_surfaces(output / ("yarns." + format), surfaces);
   }
   const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  weave::write_text_file(output / "summary.json", relax::envelope_summary_json(results.snapshot, envelope, envelopes, case_name, wall));
+  weave::write_text_file(output / "summary.json",
+                         relax::envelope_summary_json(results.snapshot, envelope, envelopes, case_name, blocked_by, wall));
 
   const relax::EnvelopeReport& r = envelopes.report;
   fmt::print("{}: {} yarns in {:.2f} s, {}, {} self-intersections, {} mutual intersections\n", case_name, envelopes.yarns.size(), wall,
              r.closed ? "closed" : "NOT CLOSED", r.self_intersections, r.mutual_intersections);
+  if (!blocked_by.empty()) fmt::print("  of a relaxed cell that is no certified minimum: {}\n", blocked_by);
   fmt::print("  surface to fibers {:.3f} radii (mean), {:.3f} (largest), {:.3f} (largest protrusion); least gap {:.3g} m\n",
              r.distance_mean, r.distance_max, r.protrusion_max, r.gap_min);
   fmt::print("  results in {}\n", output.string());

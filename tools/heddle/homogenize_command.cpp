@@ -94,8 +94,8 @@ int homogenize_command(const HomogenizeCommandOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
   relax::find_ccx(options.ccx);
-  const relax::Constituents constituents = constituents_of(options);
   const CompositeInput input = read_composite_input(options.input);
+  const relax::Constituents constituents = constituents_of(options, input.source_case);
   const double read_wall = seconds();
   const std::filesystem::path output = options.output.empty() ? options.input / "homogenized" : options.output;
   std::filesystem::create_directories(output);

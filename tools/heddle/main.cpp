@@ -3,9 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <exception>
 
-#include "envelope_command.hpp"
 #include "heddle/compare_command.hpp"
-#include "heddle/surface_files.hpp"
+#include "heddle/envelope_command.hpp"
 #include "homogenize_command.hpp"
 #include "mesh_command.hpp"
 #include "relax_command.hpp"
@@ -33,14 +32,14 @@ void add_composite_options(CLI::App& app, heddle::CompositeOptions& o) {
   app.add_option("--kernel-radius", o.kernel_radius, "fibers within it make a point's local volume fraction [fiber diameters]")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
-  app.add_option("--fiber", o.fiber, "e_glass, s2_glass, aramid or carbon")->capture_default_str();
+  app.add_option("--fiber", o.fiber, "e_glass, s2_glass, aramid or carbon (default: the case's material, else e_glass)");
   app.add_option("--fiber-e1", o.fiber_e1, "along the fiber [Pa] (default: of the named fiber)")->check(CLI::PositiveNumber);
   app.add_option("--fiber-e2", o.fiber_e2, "across [Pa]")->check(CLI::PositiveNumber);
   app.add_option("--fiber-g12", o.fiber_g12, "[Pa]")->check(CLI::PositiveNumber);
   app.add_option("--fiber-nu12", o.fiber_nu12, "")->check(CLI::Range(-0.99, 5.0));
   app.add_option("--fiber-nu23", o.fiber_nu23, "")->check(CLI::Range(-0.99, 0.99));
-  app.add_option("--matrix-e", o.matrix_e, "[Pa]")->capture_default_str()->check(CLI::PositiveNumber);
-  app.add_option("--matrix-nu", o.matrix_nu, "")->capture_default_str()->check(CLI::Range(-0.99, 0.499));
+  app.add_option("--matrix-e", o.matrix_e, "[Pa] (default: the case's, else 3.45e9)")->check(CLI::PositiveNumber);
+  app.add_option("--matrix-nu", o.matrix_nu, "(default: the case's, else 0.35)")->check(CLI::Range(-0.99, 0.499));
   app.add_option("--rule", o.rule, "of micromechanics within yarns")
       ->capture_default_str()
       ->check(CLI::IsMember({"chamis", "mori_tanaka"}));
@@ -112,10 +111,11 @@ int main(int argc, char** argv) {
   envelope_app->add_option("--ball-radius", envelope.ball_radius, "of the ball rolled around a section [fiber diameters]")
       ->capture_default_str();
   envelope_app->add_option("--gap", envelope.gap, "least distance between yarns [fiber diameters]")->capture_default_str();
-  envelope_app->add_option("--formats", envelope.formats, "of the surfaces: stl, obj, ply, off, vtp")
+  envelope_app->add_option("--formats", envelope.formats, "of the surfaces: stl, obj, ply, off, vtp; tg3: sections for TexGen")
       ->delimiter(',')
-      ->check(CLI::IsMember(heddle::surface_formats))
+      ->check(CLI::IsMember(heddle::envelope_formats))
       ->capture_default_str();
+  envelope_app->add_flag("--unconverged", envelope.unconverged, "go on with a relaxed cell that is no certified minimum");
 
   heddle::CompositeOptions mesh;
   CLI::App* mesh_app = app.add_subcommand("mesh", "Mesh a composite unit cell; write VTU, Gmsh, Abaqus and CalculiX files");
@@ -135,6 +135,7 @@ int main(int argc, char** argv) {
   run_app->add_option("--until", pipeline.until, "last stage")->capture_default_str()->check(CLI::IsMember({"weave", "relax", "envelope", "homogenize"}));
   run_app->add_option("--fibers", pipeline.fibers, "digital fibers a yarn of the relaxed cell (default as woven)")->check(CLI::Range(1, 1000));
   run_app->add_option("--elements", pipeline.elements, "of the homogenized mesh, about")->capture_default_str()->check(CLI::Range(8, 10000000));
+  run_app->add_option("--fiber", pipeline.fiber, "e_glass, s2_glass, aramid or carbon (default: the case's material, else e_glass)");
   run_app->add_flag("--unconverged", pipeline.unconverged, "go on with a relaxed cell that is no certified minimum");
   run_app->add_flag("-q,--quiet", pipeline.quiet, "no progress");
 

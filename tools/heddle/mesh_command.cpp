@@ -15,8 +15,8 @@ int mesh_command(const CompositeOptions& options) {
   using Clock = std::chrono::steady_clock;
   const auto seconds = [](Clock::time_point from, Clock::time_point to) { return std::chrono::duration<double>(to - from).count(); };
   const auto start = Clock::now();
-  const relax::Constituents constituents = constituents_of(options);
   const CompositeInput input = read_composite_input(options.input);
+  const relax::Constituents constituents = constituents_of(options, input.source_case);
   const auto read = Clock::now();
   const relax::VoxelMesh voxels = relax::voxel_mesh(input.source.snapshot, input.envelopes, voxel_options(options));
   const relax::MaterialBins bins = relax::bin_materials(voxels.mesh, constituents, options.bins);

@@ -206,7 +206,8 @@ class Relaxation {
     context.mismatch = start_.mismatch;
     context.violations = relax::order_violations(relax::crossing_order(cell, cell_start_), relax::crossing_order(cell, result.q));
     context.wall = wall();
-    relax::write_relaxed(output_ / "relax.vtkhdf", {cell, result.q, result.history, case_toml_, options_text_, relax::version()});
+    relax::write_relaxed(output_ / "relax.vtkhdf",
+                         {cell, result.q, result.history, case_toml_, options_text_, relax::version(), result.certificate.blocked_by});
     weave::write_text_file(output_ / "summary.json", relax::summary_json(cell, result, measures, context));
     std::filesystem::remove(checkpoint());
 

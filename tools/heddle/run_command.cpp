@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "envelope_command.hpp"
+#include "heddle/envelope_command.hpp"
 #include "homogenize_command.hpp"
 #include "relax_command.hpp"
 #include "report_page.hpp"
@@ -27,8 +27,8 @@ using std::filesystem::path;
 
 constexpr std::array<const char*, 4> stage_names = {"weave", "relax", "envelope", "homogenize"};
 
-/// Content of a stage's stage.json; null where there is none or it is not whole.
-ordered_json read_stage(const path& file) {
+/// Content of a JSON file; null where there is none or it is not whole.
+ordered_json read_json(const path& file) {
   std::ifstream in(file);
   return in ? ordered_json::parse(in, nullptr, false) : ordered_json();
 }
@@ -46,7 +46,7 @@ class Pipeline {
     inputs["after"] = inputs_;
     inputs_ = std::move(inputs);
     const path file = folder_of(stage) / "stage.json";
-    const ordered_json before = read_stage(file);
+    const ordered_json before = read_json(file);
     const bool same = before.is_object() && before.value("inputs", ordered_json()) == inputs_;
     if (same && before.value("finished", false)) {
       fmt::print("{}: unchanged, kept\n", stage);
@@ -117,6 +117,10 @@ int run_command(const PipelineOptions& options) {
   const weave::Case c = weave::load_case(options.case_file, options.overrides);
   const auto last = std::find(stage_names.begin(), stage_names.end(), options.until);
   if (last == stage_names.end()) throw std::invalid_argument("--until " + options.until + ": must be weave, relax, envelope or homogenize");
+  HomogenizeCommandOptions homogenize_options;
+  homogenize_options.fiber = options.fiber;
+  homogenize_options.elements = options.elements;
+  if (options.until == stage_names.back()) constituents_of(homogenize_options, c);  // what it can not take is said before the weaving
   const path output = options.output.empty() ? path("results") / c.name : options.output;
   Pipeline pipeline(output);
   const path woven = pipeline.folder_of("weave"), relaxed = pipeline.folder_of("relax"), envelope = pipeline.folder_of("envelope"),
@@ -147,7 +151,9 @@ int run_command(const PipelineOptions& options) {
       return result;
     });
     if (status != 1) return status;
-    fmt::print(stderr, "the relaxed cell is no certified minimum{}\n", options.unconverged ? "; going on with it" : "; --unconverged goes on with it");
+    const ordered_json summary = read_json(relaxed / "summary.json");
+    fmt::print(stderr, "{}the relaxed cell is no certified minimum: {}; {}\n", options.unconverged ? "" : "relax failed: ",
+               summary.value("blocked_by", ""), options.unconverged ? "going on with it" : "--unconverged goes on with it");
     return options.unconverged ? 0 : 1;
   };
   const auto envelope_stage = [&] {
@@ -156,15 +162,17 @@ int run_command(const PipelineOptions& options) {
       o.input = relaxed;
       o.output = envelope;
       o.formats = {"off", "vtp", "stl"};
+      o.unconverged = options.unconverged;
       return envelope_command(o);
     });
   };
   const auto homogenize_stage = [&] {
-    return pipeline.run("homogenize", {{"elements", options.elements}}, [&](bool) {
-      HomogenizeCommandOptions o;
+    ordered_json inputs = {{"elements", options.elements}};
+    if (!options.fiber.empty()) inputs["fiber"] = options.fiber;
+    return pipeline.run("homogenize", inputs, [&](bool) {
+      HomogenizeCommandOptions o = homogenize_options;
       o.input = envelope;
       o.output = homogenized;
-      o.elements = options.elements;
       return homogenize_command(o);
     });
   };
@@ -177,7 +185,12 @@ int run_command(const PipelineOptions& options) {
   page.case_toml = weave::to_toml(c);
   int status = 0;
   for (std::size_t i = 0; i <= static_cast<std::size_t>(last - stage_names.begin()) && status == 0; ++i) {
-    status = stages[i]();
+    try {
+      status = stages[i]();
+    } catch (const std::exception& e) {
+      fmt::print(stderr, "{} failed: {}\n", stage_names[i], e.what());
+      status = 2;
+    }
     const path folder = pipeline.folder_of(stage_names[i]);
     if (status >= 2 || !std::filesystem::exists(folder / "summary.json")) break;
     std::vector<path> pictures = pictures_in(stage_names[i] == std::string("envelope") ? folder : folder / "pictures");

@@ -89,8 +89,9 @@ struct Envelopes {
 /// intermixed too far for disjoint surfaces, naming both, place and size.
 Envelopes make_envelopes(const weave::Snapshot& cell, const EnvelopeOptions& options);
 
-/// The summary as JSON text, keys with units.
+/// The summary as JSON text, keys with units. `blocked_by`: what keeps a relaxed cell from being a certified minimum, else empty; wall time
+/// [s].
 std::string envelope_summary_json(const weave::Snapshot& cell, const EnvelopeOptions& options, const Envelopes& envelopes,
-                                  const std::string& case_name, double wall);
+                                  const std::string& case_name, const std::string& blocked_by, double wall);
 
 }  // namespace relax

@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@ struct RelaxedFile {
   std::string case_toml;  ///< resolved case
   std::string options;    ///< of the command, a line "name = value" for each
   std::string version;    ///< program version and source revision
+  std::optional<std::string> blocked_by;  ///< as in its Certificate: empty for a certified minimum; none where the file does not say
 };
 
 /// Writes aside and renames. Throws std::runtime_error naming file and cause.

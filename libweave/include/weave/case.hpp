@@ -1,10 +1,12 @@
 #pragma once
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "weave/material.hpp"
 #include "weave/weaving_matrix.hpp"
 
 namespace weave {
@@ -20,6 +22,7 @@ struct YarnType {
   double compression_factor = 1e-4; ///< of the axial stiffness when a bar is shorter than its rest length
   double bending_stiffness = 0;     ///< sum of E I over the yarn's filaments [N m^2]; 0 as in Yang 2015
   int fibers = 7;                   ///< digital fibers a yarn: 1, 3, 5 or a centred hexagonal count 7, 19, 37, ...
+  std::string material = {};        ///< of its fibers in a composite, one of Case::materials or known_fibers(); empty: not given
 
   [[nodiscard]] double fiber_area() const;    ///< solid area of one digital fiber [m^2]
   [[nodiscard]] double fiber_radius() const;  ///< contact radius of one digital fiber [m]
@@ -87,6 +90,12 @@ struct OutputSpec {
   double history_interval = 0;         ///< simulated time between history rows [s]; 0: 1/400 of a pick
 };
 
+/// The matrix of a composite, isotropic.
+struct MatrixSpec {
+  double e = 0;   ///< [Pa]
+  double nu = 0;
+};
+
 /// A weaving case as read from its file: everything that a run needs, checked, in SI units.
 struct Case {
   std::string name, title;
@@ -106,6 +115,8 @@ struct Case {
   TakeUpSpec take_up;
   NumericsSpec numerics;
   OutputSpec output;
+  std::map<std::string, TransverseIsotropic> materials;  ///< of fibers, given in the case
+  std::optional<MatrixSpec> matrix_material;             ///< none: not given
 
   [[nodiscard]] int picks_per_cell() const { return layers * columns; }
   [[nodiscard]] int warps() const;              ///< warp yarns in a unit cell
@@ -130,7 +141,7 @@ Case load_case(const std::filesystem::path& file, const std::vector<std::string>
 /// Same from text; `file` only names the source in messages.
 Case parse_case(const std::string& text, const std::string& file, const std::vector<std::string>& overrides = {});
 
-/// The case as TOML with every default written out, in SI units; parse_case(to_toml(c)) gives c back to the bit.
+/// The case as TOML with every default written out, in SI units, materials only where the case gives them; parse_case(to_toml(c)) gives c back to the bit.
 std::string to_toml(const Case& c);
 
 }  // namespace weave

@@ -1,0 +1,85 @@
+#include "heddle/envelope_command.hpp"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "relax/relaxed_file.hpp"
+#include "relax/report.hpp"
+#include "scenes/cells.hpp"
+#include "weave/results.hpp"
+
+namespace {
+
+using namespace scenes;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+class EnvelopeCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder = std::filesystem::path(testing::TempDir()) /
+             (std::string("heddle_envelope_") + testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::remove_all(folder);
+    std::filesystem::create_directories(folder);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder); }
+
+  /// The cell as it starts, as if relaxation had left it there with this certificate.
+  void write_relaxed(const std::optional<std::string>& blocked_by) const {
+    relax::write_relaxed(folder / "relax.vtkhdf",
+                         {start.cell, start.unknowns(), {}, weave::to_toml(plain_weave(weave)), "", "test", blocked_by});
+  }
+
+  int run(bool unconverged) const {
+    heddle::EnvelopeCommandOptions options;
+    options.input = folder;
+    options.formats = {"off"};
+    options.unconverged = unconverged;
+    return heddle::envelope_command(options);
+  }
+
+  nlohmann::json summary() const {
+    std::ifstream in(folder / "envelope" / "summary.json");
+    return nlohmann::json::parse(in);
+  }
+
+  void expect_refused(const std::string& because) const {
+    EXPECT_THAT([&] { run(false); }, ThrowsMessage<std::runtime_error>(AllOf(HasSubstr((folder / "relax.vtkhdf").string()),
+                                                                             HasSubstr(because), HasSubstr("--unconverged"))));
+    EXPECT_FALSE(std::filesystem::exists(folder / "envelope"));
+  }
+
+  std::filesystem::path folder;
+  PlainWeave weave{.fibers = 1, .pitch = 4e-4};  // fibers that do not touch at the start
+  PosedCell start = plain_weave_cell(weave, 0.2, 1);
+};
+
+TEST_F(EnvelopeCommand, takes_a_certified_minimum) {
+  write_relaxed("");
+  EXPECT_EQ(run(false), 0);
+  EXPECT_EQ(summary()["cell_blocked_by"], "");
+}
+
+TEST_F(EnvelopeCommand, refuses_what_has_not_converged_before_any_work) {
+  write_relaxed("the gradient is 0.1 of the reference tension");
+  expect_refused("the gradient is 0.1 of the reference tension");
+  EXPECT_EQ(run(true), 0);
+  EXPECT_EQ(summary()["cell_blocked_by"], "the gradient is 0.1 of the reference tension");
+}
+
+TEST_F(EnvelopeCommand, certifies_a_state_whose_file_does_not_say) {
+  write_relaxed({});
+  expect_refused("gradient");
+}
+
+TEST_F(EnvelopeCommand, takes_a_woven_cell) {
+  weave::write_results(folder / "cell.vtkhdf",
+                       {relax::snapshot_of(start.cell, start.unknowns()), {}, weave::to_toml(plain_weave(weave)), "test"});
+  EXPECT_EQ(run(false), 0);
+  EXPECT_EQ(summary()["cell_blocked_by"], "");
+}
+
+}  // namespace

@@ -1,0 +1,119 @@
+"""Reads what heddle writes with Gmsh and meshio: other_programs_test.py HEDDLE CASE
+
+A case is relaxed from its weaving matrix, its yarns' surfaces are made and its cell is meshed. Each program must find the elements and volumes that heddle
+reports; what is not installed is skipped.
+"""
+import json
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+import xml.etree.ElementTree
+
+try:
+    import meshio
+except ImportError:
+    meshio = None
+GMSH = shutil.which("gmsh")
+HEDDLE, CASE = sys.argv[1:3]
+VOXELS = (9, 8, 4)
+ELEMENTS = 9 * 8 * 4
+POINTS = 10 * 9 * 5
+
+
+def gmsh(folder, *lines):
+    """What Gmsh says of a script's commands."""
+    script = folder / "script.geo"
+    script.write_text("\n".join(lines))
+    run = subprocess.run([GMSH, script, "-parse_and_exit", "-v", "5"], capture_output=True, text=True, timeout=120, check=True)
+    return run.stdout + run.stderr
+
+
+def enclosed_volume(points, triangles):
+    """By the divergence theorem, with the origin at a point of the surface."""
+    a, b, c = ([points[t[i]] - points[triangles[0][0]] for t in triangles] for i in range(3))
+    return sum(x @ [y[1] * z[2] - y[2] * z[1], y[2] * z[0] - y[0] * z[2], y[0] * z[1] - y[1] * z[0]] for x, y, z in zip(a, b, c)) / 6
+
+
+class OtherPrograms(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.temporary.cleanup)
+        folder = pathlib.Path(cls.temporary.name)
+
+        def heddle(*arguments):
+            subprocess.run([HEDDLE, *map(str, arguments)], check=True, stdout=subprocess.DEVNULL)
+
+        heddle("relax", CASE, "--start-fibers", 3, "--quiet", "--output", folder / "relax")
+        cls.envelope, cls.mesh = folder / "envelope", folder / "mesh"
+        heddle("envelope", folder / "relax", "--formats", "off,stl,tg3", "--output", cls.envelope)
+        heddle("mesh", cls.envelope, "--voxels", *VOXELS, "--output", cls.mesh)
+        cls.surfaces = json.loads((cls.envelope / "summary.json").read_text())
+        cls.volume = 1
+        for length in json.loads((cls.mesh / "summary.json").read_text())["cell_m"]:
+            cls.volume *= length
+
+    @unittest.skipUnless(GMSH, "Gmsh is not installed")
+    def test_gmsh_reads_the_mesh(self):
+        said = gmsh(self.mesh, 'Merge "mesh.msh";', "Plugin(MeshVolume).Run;")
+        self.assertNotRegex(said, "Warning|Error")
+        self.assertIn(f"{POINTS} nodes", said)
+        self.assertIn(f"{ELEMENTS} elements", said)
+        volume = float(re.search(r"Mesh volume .*: (\S+)", said).group(1))
+        self.assertAlmostEqual(volume / self.volume, 1, delta=1e-4)  # Gmsh prints six digits
+
+    @unittest.skipUnless(GMSH, "Gmsh is not installed")
+    def test_gmsh_fills_the_surfaces(self):
+        for yarn in self.surfaces["by_yarn"]:
+            name = f"{'weft' if yarn['weft'] else 'warp'}_{yarn['yarn']}.stl"
+            said = gmsh(self.envelope, f'Merge "{name}";', "CreateTopology;", "Surface Loop(1) = Surface{:};", "Volume(1) = {1};", "Mesh 3;",
+                        "Plugin(MeshVolume).Run;")
+            self.assertNotRegex(said, "Warning|Error")
+            self.assertIn(f"{yarn['triangles']} facets", said)
+            volume = float(re.search(r"Mesh volume .*: (\S+)", said).group(1))  # of the tetrahedra within
+            self.assertAlmostEqual(volume / yarn["volume_m3"], 1, delta=1e-4)  # six digits, and coordinates in single precision
+
+    @unittest.skipUnless(meshio, "meshio is not installed")
+    def test_meshio_reads_the_mesh(self):
+        for name, extra in (("mesh.msh", 0), ("mesh.vtu", 0), ("abaqus.inp", 2), ("calculix.inp", 2)):  # two nodes hold the macroscopic strains
+            read = meshio.read(self.mesh / name)
+            with self.subTest(name):
+                self.assertEqual(len(read.points), POINTS + extra)
+                self.assertEqual({block.type for block in read.cells}, {"hexahedron"})
+                self.assertEqual(sum(len(block.data) for block in read.cells), ELEMENTS)
+                size = read.points[:POINTS].max(axis=0) - read.points[:POINTS].min(axis=0)
+                unit = 1e-3 if name.endswith(".inp") else 1
+                self.assertAlmostEqual(size.prod() * unit**3 / self.volume, 1, delta=1e-9)  # twelve digits in a deck
+
+    @unittest.skipUnless(meshio, "meshio is not installed")
+    def test_meshio_reads_the_surfaces(self):
+        for yarn in self.surfaces["by_yarn"]:
+            read = meshio.read(self.envelope / f"{'weft' if yarn['weft'] else 'warp'}_{yarn['yarn']}.stl")
+            triangles = read.cells_dict["triangle"]
+            self.assertEqual(len(triangles), yarn["triangles"])
+            volume = enclosed_volume(read.points.astype(float), triangles)
+            self.assertAlmostEqual(volume / yarn["volume_m3"], 1, delta=1e-4)  # coordinates in single precision, 1e-7 of a cell ten times a yarn's height
+
+    def test_textile_is_xml_with_the_yarns(self):
+        root = xml.etree.ElementTree.parse(self.envelope / "yarns.tg3").getroot()
+        self.assertEqual(root.tag, "TexGenModel")
+        textile = root.find("Textile")
+        self.assertEqual(textile.get("type"), "CTextile")
+        self.assertEqual(len(textile.find("Domain").findall("Plane")), 6)
+        yarns = textile.findall("Yarn")
+        self.assertEqual(len(yarns), self.surfaces["yarns"])
+        for yarn, summary in zip(yarns, self.surfaces["by_yarn"]):
+            sections = yarn.find("YarnSection").findall("NodeSection/Section")
+            self.assertEqual(len(sections), summary["rings"])
+            self.assertEqual(len(yarn.findall("MasterNode")), summary["rings"])
+            for section in sections:
+                self.assertEqual(section.get("type"), "CSectionPolygon")
+                self.assertEqual(len(section.findall("PolygonPoint")), summary["ring_points"])
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
