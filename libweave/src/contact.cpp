@@ -10,8 +10,9 @@ namespace weave {
 namespace {
 
 constexpr int walk_limit = 50;
-/// Newton steps to a closest point, from the foot on the tangent of the span's middle: its error is about 1e-2, squared by each.
-constexpr int newton_steps = 3;
+/// Of Newton's method to a closest point, which ends with a step below `converged` of the span: mostly the third or fourth.
+constexpr int newton_limit = 12;
+constexpr double converged = 1e-8;
 /// Of the length of the tangent, squared: below it a point is so near the axis's center of curvature that Newton's method would overshoot.
 constexpr double flattest = 0.1;
 
@@ -40,10 +41,12 @@ Step previous_span(const Model& m, std::uint32_t s) {
 inline double nearest_on_span(const Span& s, const Vec3& from_middle) {
   double u = from_middle.dot(s.slope) / s.slope.squaredNorm();
   if (s.curve.isZero(0)) return u;
-  for (int i = 0; i < newton_steps; ++i) {
+  for (int i = 0; i < newton_limit; ++i) {
     const Vec3 r = from_middle - u * s.slope - (0.5 * u * u) * s.curve, t = s.tangent(u);
     const double t2 = t.squaredNorm(), steepness = t2 - r.dot(s.curve);
-    u += r.dot(t) / (steepness > flattest * t2 ? steepness : t2);
+    const double change = r.dot(t) / (steepness > flattest * t2 ? steepness : t2);
+    u += change;
+    if (std::abs(change) < converged) break;
   }
   return u;
 }
@@ -188,7 +191,7 @@ struct NormalSum {
   double stiffness = 0;   ///< sum of slopes [N/m]
   double bound = 0;       ///< on the stiffness along the normal that a node can feel [N/m]
   double gap = 0;         ///< where nothing touches: the smallest of a sample [m]
-  double size = 0, u_a = 0, u_b = 0, distance = 0;  ///< sum of the forces' sizes; sums of places on the spans, distances, times these
+  double size = 0, u_a = 0, u_b = 0;  ///< sum of the forces' sizes; sums of the places on the two spans times these
 };
 
 /// Pushes one sample of a contact, a share `weight` [m] of fiber at `u` of the point's span, off its closest point q on the span `span`.
@@ -206,7 +209,6 @@ inline void push(const Target& at, const PairLaw& law, const AxisPoint& q, doubl
   sum.size += weight * force;
   sum.u_a += weight * force * u;
   sum.u_b += weight * force * q.u;
-  sum.distance += weight * force * distance;
   if (!reaction.active) reaction = {{}, stiffness_along(n, 0, 0, false), static_cast<float>(q.u), span, true};
   reaction.force.add(-pull, q.u);
   reaction.stiffness.normal += static_cast<float>(bound);
@@ -225,11 +227,13 @@ inline bool push_samples_on_span(const Target& at, const LineContact& c, const P
   const SampleVectors from_middle = SampleVectors::on_curve(start, a.slope, a.curve, u);
   Samples v = from_middle.dot(b.slope) / b.slope.squaredNorm();
   SampleVectors r = from_middle - SampleVectors::on_curve(Vec3::Zero(), b.slope, b.curve, v);
-  for (int i = 0; i < newton_steps; ++i) {
+  for (int i = 0; i < newton_limit; ++i) {
     const SampleVectors t{b.slope.x() + v * b.curve.x(), b.slope.y() + v * b.curve.y(), b.slope.z() + v * b.curve.z()};
     const Samples t2 = t.dot(t), steepness = t2 - r.dot(b.curve);
-    v += r.dot(t) / (steepness > flattest * t2).select(steepness, t2);
+    const Samples change = r.dot(t) / (steepness > flattest * t2).select(steepness, t2);
+    v += change;
     r = from_middle - SampleVectors::on_curve(Vec3::Zero(), b.slope, b.curve, v);
+    if (change.abs().maxCoeff() < converged) break;
   }
   if (v.minCoeff() < b.low || v.maxCoeff() > b.high) return false;
 
@@ -252,7 +256,6 @@ inline bool push_samples_on_span(const Target& at, const LineContact& c, const P
   sum.size = force.sum();
   sum.u_a = (force * u).sum();
   sum.u_b = (force * v).sum();
-  sum.distance = (force * distance).sum();
   reaction = {{-pull, -r.sum(per_r_v), -r.sum(0.5 * per_r_v * v)}, stiffness_along(pull.normalized(), sum.bound, 0, true),
               static_cast<float>(sum.u_b / sum.size), c.span, true};
   note_overlap(deepest * law.inverse_reach, c.node, c.span, sums);
@@ -325,11 +328,19 @@ void line_contact(const Target& at, LineContact& c, FrictionSpring& spring, cons
   const double friction_stiffness = m.friction * normal.stiffness;
   // A reed bar does not give way, which halves what its touch adds to a frequency.
   const double share = on_reed ? 0.5 : 1;
-  // Where the force acts: that of the samples, by their forces.
-  const Place on_a{p, touches ? normal.u_a / normal.size : double{c.at}}, on_b{c.span, touches && reaction[0].active && !reaction[1].active ? normal.u_b / normal.size : q.u};
-  const Vec3 n = touches ? Vec3(normal.force.on_middle.normalized()) : unit_normal(law, q.separation, distance);
+  // Where friction acts: in the middle of the samples' forces, or in the point itself where they are on two spans.
+  Place on_a{p, c.at}, on_b{c.span, q.u};
+  Vec3 apart = q.separation;
+  if (reaction[0].active && !reaction[1].active) {
+    on_a.u = normal.u_a / normal.size;
+    on_b.u = normal.u_b / normal.size;
+    apart = g.span[p].point(on_a.u) - g.span[c.span].point(on_b.u);
+    apart.y() -= c.image * m.period_y;
+  }
+  const double arm = apart.norm();
+  const Vec3 n = unit_normal(law, apart, arm);
   const ContactStiffness felt = stiffness_along(n, share * normal.bound, share * friction_stiffness, !one_yarn);
-  const Slip slip = slip_of(g, on_a, on_b, n, touches ? normal.distance / normal.size : distance, one_yarn, at.dt);
+  const Slip slip = slip_of(g, on_a, on_b, n, arm, one_yarn, at.dt);
   if (m.friction > 0) {
     if (!touches) return part(spring, slip, sums.slip_loss);
     // Beside the middle of a crossing the samples also push along the fiber, which is no normal force of the two fibers.
