@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "base64.hpp"
+#include "escaped.hpp"
 #include "relax/surface_file.hpp"
 
 namespace heddle {
@@ -78,20 +79,6 @@ std::string read_file(const std::filesystem::path& file) {
   text << in.rdbuf();
   if (!in) throw std::runtime_error(file.string() + ": can not be read");
   return text.str();
-}
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += c;
-    }
-  }
-  return out;
 }
 
 template <typename T>

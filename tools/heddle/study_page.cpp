@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "heddle/base64.hpp"
+#include "heddle/escaped.hpp"
 #include "heddle/study_report.hpp"
 #include "weave/version.hpp"
 
@@ -18,20 +19,6 @@ figure { margin: 1.6em 0; } figure img { max-width: 100%; } .wide { overflow-x: 
 td, th { padding: 0.2em 1em 0.2em 0; text-align: left; vertical-align: top; font-variant-numeric: tabular-nums; white-space: nowrap; }
 th { border-bottom: 1px solid #999; font-weight: normal; color: #555; } tr.failed td { color: #a33; } pre { background: #f5f6f7; padding: 1em; overflow: auto; }
 )css";
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += c;
-    }
-  }
-  return out;
-}
 
 std::string row_of(const std::string& cell, const std::vector<std::string>& texts, const std::string& kind = "") {
   std::string html = kind.empty() ? "<tr>" : fmt::format("<tr class=\"{}\">", kind);

@@ -8,6 +8,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "heddle/escaped.hpp"
+
 namespace heddle {
 namespace {
 
@@ -17,27 +19,10 @@ using weave::Vec3;
 
 constexpr double per_mm = 1e3;  ///< millimeters in a meter
 
-std::string attribute_text(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      default:
-        result += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-    }
-  }
-  return result;
+/// Control characters, which XML forbids or folds, become blanks.
+std::string attribute_text(std::string text) {
+  std::ranges::replace_if(text, [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
+  return escaped(text);
 }
 
 std::string text_of(const Vec3& v) {
