@@ -104,8 +104,8 @@ void each_double(M& m, F&& f) {
 }
 
 std::vector<double> scalars_of(const Model& m) {
-  std::vector<double> s = {m.period_y, m.friction, m.damping, m.axial_damping, double(m.implicit_axial), double(m.node_contact), m.guide_x,
-                           m.guide_ramp};
+  std::vector<double> s = {m.period_y, m.friction,  m.damping, m.axial_damping, double(m.implicit_axial), double(m.node_contact),
+                           m.guide_x,  m.guide_ramp};
   for (const FiberType& t : m.types) {
     s.insert(s.end(), {t.radius, t.area, t.youngs_modulus, t.compression_factor, t.transverse_modulus, t.density, t.bending_stiffness});
   }

@@ -76,7 +76,8 @@ struct Place {
   double u;
 };
 
-/// Slip of a place of fiber a on fiber b over a time dt, for the unit normal n from b to a. Fibers that run `side_by_side` only slip along b.
+/// Slip of a place of fiber a on fiber b over a time dt, for the unit normal n from b to a. Fibers that run `side_by_side` only slip along
+/// b.
 inline Slip slip_of(const FiberGeometry& g, const Place& a, const Place& b, const Vec3& n, double distance, bool side_by_side, double dt) {
   Slip slip;
   const Span &rate_a = g.rate[a.span], &rate_b = g.rate[b.span];
@@ -101,9 +102,9 @@ inline Slip slip_of(const FiberGeometry& g, const Place& a, const Place& b, cons
   return slip;
 }
 
-/// Moves a spring by a slip, with Coulomb's cap on the force [N]. Lost is the work done on the spring, by the trapezoidal rule as the motion
-/// has it, that the spring does not store. The force is kept while the contact hardens, the slip while it softens, so that neither makes
-/// energy (Thornton & Randall 1988).
+/// Moves a spring by a slip, with Coulomb's cap on the force [N]. Lost is the work done on the spring, by the trapezoidal rule as the
+/// motion has it, that the spring does not store. The force is kept while the contact hardens, the slip while it softens, so that neither
+/// makes energy (Thornton & Randall 1988).
 inline void slide(FrictionSpring& spring, const Slip& slip, double stiffness, double cap, double& lost) {
   const double softness = spring.stiffness > 0 ? 1 / spring.stiffness : 0;
   const double share = spring.stiffness > 0 ? std::min(stiffness * softness, 1.0) : 0;
@@ -135,7 +136,9 @@ void note_overlap(double ratio, std::uint32_t node, std::uint32_t span, ContactS
 using Samples = Eigen::Array<double, samples, 1>;
 
 /// Places of the samples about their point, in shares of the length that the point stands for.
-Samples sample_offsets() { return Samples::LinSpaced(0.5 / samples - 0.5, 0.5 - 0.5 / samples); }
+Samples sample_offsets() {
+  return Samples::LinSpaced(0.5 / samples - 0.5, 0.5 - 0.5 / samples);
+}
 constexpr double last_offset = 0.5 - 0.5 / samples;
 
 /// Vectors of the samples.
@@ -187,10 +190,10 @@ void add_stiffness(const Model& m, const FiberGeometry& g, std::uint32_t fiber, 
 
 /// Normal force of a contact, summed over its samples.
 struct NormalSum {
-  SpanForce force;        ///< on the point's span [N]
-  double stiffness = 0;   ///< sum of slopes [N/m]
-  double bound = 0;       ///< on the stiffness along the normal that a node can feel [N/m]
-  double gap = 0;         ///< where nothing touches: the smallest of a sample [m]
+  SpanForce force;                    ///< on the point's span [N]
+  double stiffness = 0;               ///< sum of slopes [N/m]
+  double bound = 0;                   ///< on the stiffness along the normal that a node can feel [N/m]
+  double gap = 0;                     ///< where nothing touches: the smallest of a sample [m]
   double size = 0, u_a = 0, u_b = 0;  ///< sum of the forces' sizes; sums of the places on the two spans times these
 };
 
@@ -217,8 +220,8 @@ inline void push(const Target& at, const PairLaw& law, const AxisPoint& q, doubl
 }
 
 /// All samples of a contact at once where their closest points lie on one span. False, with nothing done, where they do not.
-inline bool push_samples_on_span(const Target& at, const LineContact& c, const PairLaw& law, double weight, Reaction& reaction, NormalSum& sum,
-                                 ContactSums& sums) {
+inline bool push_samples_on_span(const Target& at, const LineContact& c, const PairLaw& law, double weight, Reaction& reaction,
+                                 NormalSum& sum, ContactSums& sums) {
   const FiberGeometry& g = at.g;
   const Span &a = g.span[c.node], &b = g.span[c.span];
   Vec3 start = a.middle - b.middle;
@@ -256,14 +259,17 @@ inline bool push_samples_on_span(const Target& at, const LineContact& c, const P
   sum.size = force.sum();
   sum.u_a = (force * u).sum();
   sum.u_b = (force * v).sum();
-  reaction = {{-pull, -r.sum(per_r_v), -r.sum(0.5 * per_r_v * v)}, stiffness_along(pull.normalized(), sum.bound, 0, true),
-              static_cast<float>(sum.u_b / sum.size), c.span, true};
+  reaction = {{-pull, -r.sum(per_r_v), -r.sum(0.5 * per_r_v * v)},
+              stiffness_along(pull.normalized(), sum.bound, 0, true),
+              static_cast<float>(sum.u_b / sum.size),
+              c.span,
+              true};
   note_overlap(deepest * law.inverse_reach, c.node, c.span, sums);
   return true;
 }
 
-/// The samples of a contact between two yarns: the law is integrated over the length of fiber that the point stands for, as its closest points
-/// lie, so that a crossing is felt alike wherever it is between two points. They may lie on the span at hand and on one beside it.
+/// The samples of a contact between two yarns: the law is integrated over the length of fiber that the point stands for, as its closest
+/// points lie, so that a crossing is felt alike wherever it is between two points. They may lie on the span at hand and on one beside it.
 inline NormalSum push_samples(const Target& at, const LineContact& c, const PairLaw& law, double weight, std::span<Reaction, 2> reaction,
                               ContactSums& sums) {
   const FiberGeometry& g = at.g;
@@ -444,7 +450,9 @@ double touch_reach(const Model& m, std::uint32_t fiber, std::uint32_t other) {
   return m.pair_law(fiber, other).reach + (meets_at_nodes(m, fiber, other) ? 0 : last_offset * m.point_length[fiber]);
 }
 
-Vec3 contact_point(const FiberGeometry& g, const LineContact& c) { return g.span[c.node].point(c.at); }
+Vec3 contact_point(const FiberGeometry& g, const LineContact& c) {
+  return g.span[c.node].point(c.at);
+}
 
 bool within_own_bend(const Model& m, std::uint32_t fiber, std::uint32_t node, std::uint32_t span, std::int32_t image) {
   if (!m.periodic[fiber] && image != 0) return false;

@@ -17,7 +17,8 @@ constexpr double first_step = 1e-12;  ///< [s]
 /// Nodes whose travel is counted together. A bar at hand that follows its closest point stays within a block or goes to the next.
 constexpr std::uint32_t block_nodes = 16;
 constexpr double step_growth = 1.05;
-constexpr double ways_ahead = 2;  ///< last steps' ways that the next one is trusted not to exceed, where contacts that may be touched are looked for
+constexpr double ways_ahead =
+    2;  ///< last steps' ways that the next one is trusted not to exceed, where contacts that may be touched are looked for
 constexpr int calm_steps_to_grow = 50;
 constexpr double node_cost = 2;  ///< of a node's bar and motion, in units of a contact at hand, most of which sleep
 
@@ -65,7 +66,8 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   slack_.assign(n, 0);
   per_fiber_.resize(model_.fibers());
   for (std::uint32_t f = 0; f < model_.fibers(); ++f) refresh_geometry(f);
-  // The first step is too short to move anything: it only shows how stiff the contacts are, and how stiff those that the next step may reach.
+  // The first step is too short to move anything: it only shows how stiff the contacts are, and how stiff those that the next step may
+  // reach.
   if (state_.dt <= 0) state_.dt = options_.time_step > 0 ? options_.time_step : first_step;
   const bool fresh = state_.x_pick.size() != n;
   if (state_.travel.size() != n) state_.travel.assign(n, 0);
@@ -90,7 +92,9 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   }
 }
 
-std::pair<Model, State> Engine::release() && { return {std::move(model_), std::move(state_)}; }
+std::pair<Model, State> Engine::release() && {
+  return {std::move(model_), std::move(state_)};
+}
 
 FiberGeometry Engine::geometry() const {
   return {state_.x, state_.v, span_, rate_, state_.travel, reach_ahead_};
@@ -158,7 +162,8 @@ void Engine::pick() {
   };
   moved_max_ = moved_max();
   if (moved_max_ > moved_limit) {
-    neighbor_search_.build(model_, g, options_.outer_skin, options_.active_x_max, search_ahead * moved_limit, state_.moved, state_.contacts);
+    neighbor_search_.build(model_, g, options_.outer_skin, options_.active_x_max, search_ahead * moved_limit, state_.moved,
+                           state_.contacts);
     ++state_.searches;
     moved_max_ = moved_max();
   }
@@ -181,15 +186,13 @@ void Engine::pick_reed() {
   times_.search += seconds_since(start);
 }
 
-/// Gives each thread fibers of its own: of reed, warps and wefts a share each, neighbors together, by nodes and contacts. So the data of a fiber
-/// stay in the cache of one core from step to step. Which thread does what does not change any result.
+/// Gives each thread fibers of its own: of reed, warps and wefts a share each, neighbors together, by nodes and contacts. So the data of a
+/// fiber stay in the cache of one core from step to step. Which thread does what does not change any result.
 void Engine::share_out() {
   const auto threads = static_cast<std::size_t>(omp_get_max_threads());
   std::vector<std::vector<std::uint32_t>> of_thread(threads);
   const auto& contacts = state_.contacts;
-  const auto cost = [&](std::uint32_t f) {
-    return node_cost * model_.own_nodes(f) + (contacts.active.of[f + 1] - contacts.active.of[f]);
-  };
+  const auto cost = [&](std::uint32_t f) { return node_cost * model_.own_nodes(f) + (contacts.active.of[f + 1] - contacts.active.of[f]); };
   for (const Role role : {Role::reed, Role::warp, Role::weft}) {
     double all = 0, before = 0;
     for (std::uint32_t f = 0; f < model_.fibers(); ++f) all += model_.role[f] == role ? cost(f) : 0;
@@ -464,8 +467,8 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
   }
 }
 
-/// Tensions of one fiber's bars, taken at the step's end: tau = k (l' - l0) with the predicted length l' = l + dt t.u + dt^2 |u_n|^2/(2 l), u
-/// the difference of the end velocities and u_n its part normal to the bar, without which a turning bar would grow (SHAKE: Ryckaert et
+/// Tensions of one fiber's bars, taken at the step's end: tau = k (l' - l0) with the predicted length l' = l + dt t.u + dt^2 |u_n|^2/(2 l),
+/// u the difference of the end velocities and u_n its part normal to the bar, without which a turning bar would grow (SHAKE: Ryckaert et
 /// al. 1977, with the bar's compliance; normal part from the velocities before the bars' pull). One unknown a bar, h the time of the kick:
 /// (1/(dt h k) + J M^-1 J^T) lambda = J v + (l - l0)/dt + dt |u_n|^2/(2 l), lambda = h tau. Adds to the nodes' change of velocity.
 void Engine::pull_bars(std::uint32_t f) {
@@ -546,7 +549,7 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
   state_.late_searches += list_is_late_;
   const auto start = std::chrono::steady_clock::now();
   std::chrono::steady_clock::time_point middle;
-#pragma omp parallel num_threads(static_cast<int>(share_of_.size()) - 1)
+#pragma omp parallel num_threads(static_cast <int>(share_of_.size()) - 1)
   {
     each_of_mine([&](std::uint32_t f) {
       for (std::uint32_t p = model_.first[f]; p < model_.first[f + 1]; ++p) {
@@ -616,7 +619,8 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
     pick_reed();
     reed_moved2 = 0;
   }
-  list_is_late_ = std::sqrt(std::max(moved_pick2, reed_moved2)) > 0.5 * options_.skin || 2 * moved_max_ + options_.skin > options_.outer_skin;
+  list_is_late_ =
+      std::sqrt(std::max(moved_pick2, reed_moved2)) > 0.5 * options_.skin || 2 * moved_max_ + options_.skin > options_.outer_skin;
   return report;
 }
 

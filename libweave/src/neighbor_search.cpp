@@ -20,7 +20,9 @@ struct Candidate {
   std::int32_t image;
 };
 
-std::uint32_t node_of(const NeighborSearch::Found& f) { return f.line.node; }
+std::uint32_t node_of(const NeighborSearch::Found& f) {
+  return f.line.node;
+}
 
 /// Lower bound of the distance of a point from a span, by its chord [m].
 double distance_to_span(const Span& s, const Vec3& point) {
@@ -148,7 +150,8 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
 
   const auto keep_old = [&](std::uint32_t p) {
     const auto end_old = old.line.begin() + old.line_of[fiber + 1];
-    for (auto o = std::ranges::lower_bound(old.line.begin() + old.line_of[fiber], end_old, p, {}, &LineContact::node); o != end_old && o->node == p; ++o) {
+    for (auto o = std::ranges::lower_bound(old.line.begin() + old.line_of[fiber], end_old, p, {}, &LineContact::node);
+         o != end_old && o->node == p; ++o) {
       const auto number = static_cast<std::uint32_t>(o - old.line.begin());
       const auto picked_end = old.active.number.begin() + old.active.of[fiber + 1];
       const auto picked = std::lower_bound(old.active.number.begin() + old.active.of[fiber], picked_end, number);
@@ -246,7 +249,8 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
           if (distance_to_span(g.span[s], point) > reach_node) continue;
           const std::uint32_t other = m.fiber_of[s];
           const bool closed = m.periodic[other];
-          const std::int64_t chain = static_cast<std::int64_t>(s) - m.first[other] + (closed ? static_cast<std::int64_t>(image) * m.own_nodes(other) : 0);
+          const std::int64_t chain =
+              static_cast<std::int64_t>(s) - m.first[other] + (closed ? static_cast<std::int64_t>(image) * m.own_nodes(other) : 0);
           if (share_of_points(m, fiber, other) == 0 || (other == fiber && within_own_bend(m, fiber, p, s, image))) continue;
           candidates.push_back({other, closed ? 0 : image, chain, s, image});
         }
@@ -394,7 +398,8 @@ void pick_on_reed(const Model& m, const FiberGeometry& g, double skin, double ac
       const auto same = [&](const LineContact& c) {
         return c.node == contact.node && c.at == contact.at && m.fiber_of[c.span] == m.fiber_of[contact.span] && c.image == contact.image;
       };
-      const auto old = std::find_if(std::ranges::lower_bound(before.line.begin() + before.of[f], end, contact.node, {}, &LineContact::node), end, same);
+      const auto old =
+          std::find_if(std::ranges::lower_bound(before.line.begin() + before.of[f], end, contact.node, {}, &LineContact::node), end, same);
       if (old != end) spring = before.spring[static_cast<std::size_t>(old - before.line.begin())];
     }
     if (gap >= skin && spring.stiffness <= 0) return;

@@ -35,7 +35,8 @@ Outcome weave_random_matrices(int matrices) {
         stress::weave_through(weave::parse_case(stress::random_weave(1000 + seed), "random/case.toml", stress::single_fibers));
     all.steps += o.steps;
     all.overlap_max = std::max(all.overlap_max, o.overlap_max);
-    if (const std::string fault = stress::fault(o, stress::ledger_limit); !fault.empty()) all.defect = fmt::format("matrix {}: {}", seed, fault);
+    if (const std::string fault = stress::fault(o, stress::ledger_limit); !fault.empty())
+      all.defect = fmt::format("matrix {}: {}", seed, fault);
   }
   return all;
 }

@@ -168,8 +168,9 @@ TEST(impact, never_makes_energy) {
   }
 }
 
-/// Error of the ledger over an impact at the speed of a reed with the time step that the engine chooses, over the energy of the motion. Nothing
-/// touches at first, so the step has nothing to go by but fibers that come near and `motion`, the most that one may move [diameters].
+/// Error of the ledger over an impact at the speed of a reed with the time step that the engine chooses, over the energy of the motion.
+/// Nothing touches at first, so the step has nothing to go by but fibers that come near and `motion`, the most that one may move
+/// [diameters].
 double ledger_error_of_a_sudden_touch(double safety, double motion) {
   const auto type = glass_fiber();
   const double d = 2 * type.radius, speed = 4.5;

@@ -14,7 +14,8 @@ using weave::Model;
 
 constexpr int images = 12;  ///< looked at on either side
 
-/// Distance of a point from the axis of a fiber shifted by image * period_y: the least of places along each span, and by golden section about it.
+/// Distance of a point from the axis of a fiber shifted by image * period_y: the least of places along each span, and by golden section
+/// about it.
 double distance_to_fiber(const Model& m, const weave::FiberGeometry& g, const Vec3& point, std::uint32_t fiber, int image) {
   const Vec3 shift(0, image * m.period_y, 0);
   constexpr int places = 8;
@@ -43,8 +44,8 @@ struct Comparison {
   int nearer = 0;  ///< of these, points that the fiber is nearer to at another place than those in the list
 };
 
-/// Compares an engine's list with all pairs of points and fibers: every pair that touches must be in it. A closed fiber's images are one endless chain:
-/// its place nearest to a point counts once.
+/// Compares an engine's list with all pairs of points and fibers: every pair that touches must be in it. A closed fiber's images are one
+/// endless chain: its place nearest to a point counts once.
 void compare_with_brute_force(const weave::Engine& engine, Comparison& result) {
   const Model& m = engine.model();
   const weave::FiberGeometry g = engine.geometry();
@@ -84,8 +85,8 @@ void compare_with_brute_force(const weave::Engine& engine, Comparison& result) {
             const auto found = listed.find({p, at.at, b, k});
             const std::vector<double> distances = found == listed.end() ? std::vector<double>{} : found->second;
             // A bent fiber may be near at several places; the nearest counts here.
-            ASSERT_FALSE(distances.empty()) << "point " << at.at << " of span " << p << " of fiber " << f << ", fiber " << b << ", image " << k
-                                            << ", distance " << d;
+            ASSERT_FALSE(distances.empty()) << "point " << at.at << " of span " << p << " of fiber " << f << ", fiber " << b << ", image "
+                                            << k << ", distance " << d;
             const double nearest = *std::min_element(distances.begin(), distances.end());
             result.nearer += nearest > d + 1e-9 * m.types[0].radius;  // a tie within round-off may go to the next bar
           }
@@ -184,9 +185,12 @@ TEST(neighbor_search, finds_every_point_that_touches_a_reed_bar_once) {
               if ((x - g.x[m.first[b]] - shift).head<2>().norm() >= m.pair_law(f, b).reach) continue;
               ++touching;
               const auto& listed = engine.state().contacts.on_reed.line;
-              EXPECT_EQ(std::count_if(listed.begin(), listed.end(), [&](const weave::LineContact& c) {
-                return c.node == p && c.at == point.at && m.fiber_of[c.span] == b && c.image == image;
-              }), 1) << "fiber " << f << ", bar " << b << ", image " << image;
+              EXPECT_EQ(std::count_if(listed.begin(), listed.end(),
+                                      [&](const weave::LineContact& c) {
+                                        return c.node == p && c.at == point.at && m.fiber_of[c.span] == b && c.image == image;
+                                      }),
+                        1)
+                  << "fiber " << f << ", bar " << b << ", image " << image;
             }
           }
         }

@@ -5,9 +5,9 @@
 
 namespace weave {
 
-/// One span of a fiber's smooth axis around a node: c(u) = middle + u slope + u^2/2 curve, u = -1/2...1/2, of the uniform quadratic B-spline over
-/// the nodes (de Boor 1978). Spans join at the middles of the bars, which the axis touches there. An open fiber's axis ends in its end nodes:
-/// their spans are straight and half as long.
+/// One span of a fiber's smooth axis around a node: c(u) = middle + u slope + u^2/2 curve, u = -1/2...1/2, of the uniform quadratic
+/// B-spline over the nodes (de Boor 1978). Spans join at the middles of the bars, which the axis touches there. An open fiber's axis ends
+/// in its end nodes: their spans are straight and half as long.
 struct Span {
   Vec3 middle = Vec3::Zero(), slope = Vec3::UnitX(), curve = Vec3::Zero();
   double low = -0.5, high = 0.5;  ///< of u
@@ -35,8 +35,12 @@ inline SpanNodes nodes_of_span(const Model& m, std::uint32_t fiber, std::uint32_
 inline Span span_between(const Vec3& before, const Vec3& here, const Vec3& after) {
   return {0.125 * (before + after) + 0.75 * here, 0.5 * (after - before), before - 2 * here + after, -0.5, 0.5};
 }
-inline Span first_span(const Vec3& here, const Vec3& after) { return {here, after - here, Vec3::Zero(), 0, 0.5}; }
-inline Span last_span(const Vec3& before, const Vec3& here) { return {here, here - before, Vec3::Zero(), -0.5, 0}; }
+inline Span first_span(const Vec3& here, const Vec3& after) {
+  return {here, after - here, Vec3::Zero(), 0, 0.5};
+}
+inline Span last_span(const Vec3& before, const Vec3& here) {
+  return {here, here - before, Vec3::Zero(), -0.5, 0};
+}
 
 /// Shares of a point of a span that its nodes carry; not negative, together one.
 inline Vec3 node_shares(const Span& span, double u) {

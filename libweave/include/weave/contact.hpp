@@ -16,21 +16,21 @@ struct FrictionSpring {
 };
 
 /// Point of one fiber against the closest point of another fiber's axis: the line contact of the pair, integrated at points along one
-/// of the two. Fibers of one yarn run side by side and the middles of their spans are points enough; fibers of different yarns may cross, so there the points
-/// are not farther apart than half a diameter, and the law is sampled an eighth of a diameter apart around each that is near a touch. A reed
-/// bar has no points of its own: the points of the fibers stand for the whole of their contact with it.
-/// Friction acts on material slip: along the touched fiber the change of the closest point's arc length, and across it, the more the steeper
-/// the fibers cross, the slip along the point's own fiber. No rigid motion alters either; parallel fibers are free to roll over one another.
+/// of the two. Fibers of one yarn run side by side and the middles of their spans are points enough; fibers of different yarns may cross,
+/// so there the points are not farther apart than half a diameter, and the law is sampled an eighth of a diameter apart around each that is
+/// near a touch. A reed bar has no points of its own: the points of the fibers stand for the whole of their contact with it. Friction acts
+/// on material slip: along the touched fiber the change of the closest point's arc length, and across it, the more the steeper the fibers
+/// cross, the slip along the point's own fiber. No rigid motion alters either; parallel fibers are free to roll over one another.
 struct LineContact {
-  std::uint32_t node = 0;     ///< of the point's span
-  std::uint32_t span = 0;     ///< node of the touched span; follows the closest point from step to step
-  std::int32_t image = 0;     ///< the touched fiber is shifted by image * period_y
-  float at = 0;               ///< of the point along its span: u = -1/2...1/2
-  double asleep_until = 0;    ///< travel of the two spans, summed, before which they can not come near a touch [m]
+  std::uint32_t node = 0;   ///< of the point's span
+  std::uint32_t span = 0;   ///< node of the touched span; follows the closest point from step to step
+  std::int32_t image = 0;   ///< the touched fiber is shifted by image * period_y
+  float at = 0;             ///< of the point along its span: u = -1/2...1/2
+  double asleep_until = 0;  ///< travel of the two spans, summed, before which they can not come near a touch [m]
 };
 
-/// How a contact resists motion, for the bound on the time step: `normal` along a unit vector n, `friction` along the touched bar or, where `all_round`, in every direction
-/// normal to n.
+/// How a contact resists motion, for the bound on the time step: `normal` along a unit vector n, `friction` along the touched bar or, where
+/// `all_round`, in every direction normal to n.
 struct ContactStiffness {
   Eigen::Vector3f n = Eigen::Vector3f::Zero();
   float normal = 0, friction = 0;  ///< [N/m]
@@ -51,9 +51,9 @@ struct ContactStiffness {
 
 /// Reaction of one contact on the touched fiber, gathered later by that fiber's owner.
 struct Reaction {
-  SpanForce force;           ///< [N]
+  SpanForce force;  ///< [N]
   ContactStiffness stiffness;
-  float at;                  ///< u on that span
+  float at;  ///< u on that span
   std::uint32_t span;
   bool active = false;
 };
@@ -71,13 +71,14 @@ struct ActiveContacts {
   std::vector<Reaction> reaction;        ///< those of fiber f's contacts from 2 of[f] on, one after the other
 };
 
-/// Everything within the outer skin is listed at a search; what is within the inner skin is picked from the list more often. What touches is
-/// always among the picked. The reed, which moves much faster than what it passes, has contacts of its own, found anew at each of its picks.
+/// Everything within the outer skin is listed at a search; what is within the inner skin is picked from the list more often. What touches
+/// is always among the picked. The reed, which moves much faster than what it passes, has contacts of its own, found anew at each of its
+/// picks.
 struct ContactList {
   std::vector<LineContact> line;       ///< sorted by node; those picked as they were then
   std::vector<std::uint32_t> line_of;  ///< contacts of fiber f: line_of[f] ... line_of[f+1]-1
   ActiveContacts active;
-  ActiveContacts on_reed;              ///< `number` counts them
+  ActiveContacts on_reed;  ///< `number` counts them
 };
 
 /// Geometry that contact reads: the axes of the present step, and how they move. Sizes: nodes.
@@ -91,27 +92,29 @@ struct FiberGeometry {
 
 /// Sums over the contacts owned by one fiber.
 struct ContactSums {
-  double overlap_max = 0;        ///< largest overlap / reach
+  double overlap_max = 0;                    ///< largest overlap / reach
   std::uint32_t node_max = 0, span_max = 0;  ///< where
-  double slip_loss = 0;          ///< energy lost in this step by slip and by change of the friction springs [J]
-  double energy = 0;             ///< only where asked for
-  double friction_store = 0;     ///< only where asked for
+  double slip_loss = 0;                      ///< energy lost in this step by slip and by change of the friction springs [J]
+  double energy = 0;                         ///< only where asked for
+  double friction_store = 0;                 ///< only where asked for
   std::uint32_t touching = 0;
 };
 
-/// Share of the contact of two fibers that the points of the first stand for: all or nothing, so that each pair is evaluated once; half for a fiber
-/// on its own images and for the node-to-node law. The fibers of a model take turns by the numbers of yarns and places.
+/// Share of the contact of two fibers that the points of the first stand for: all or nothing, so that each pair is evaluated once; half for
+/// a fiber on its own images and for the node-to-node law. The fibers of a model take turns by the numbers of yarns and places.
 double share_of_points(const Model& model, std::uint32_t fiber_a, std::uint32_t fiber_b);
-/// Whether the nodes are the points of the contact of a fiber on another: they are of one yarn, or the law is node-to-node (never on a reed bar).
+/// Whether the nodes are the points of the contact of a fiber on another: they are of one yarn, or the law is node-to-node (never on a reed
+/// bar).
 bool meets_at_nodes(const Model& model, std::uint32_t fiber_a, std::uint32_t fiber_b);
-/// Distance of a point of `fiber` from the axis of `other` within which the fibers may touch: the point's samples lie to both sides of it [m].
+/// Distance of a point of `fiber` from the axis of `other` within which the fibers may touch: the point's samples lie to both sides of it
+/// [m].
 double touch_reach(const Model& model, std::uint32_t fiber, std::uint32_t other);
 Vec3 contact_point(const FiberGeometry& geometry, const LineContact& contact);
 /// Spans along the touched fiber between two contacts of one point; the largest number if they are not of one point and fiber.
 std::int64_t spans_apart(const Model& model, const LineContact& a, const LineContact& b);
 
-/// Lets a contact without a spring sleep for as long as its fibers, apart by `gap` [m], need to come near a touch. It then costs next to nothing and the
-/// result does not change, as only a contact that is near counts.
+/// Lets a contact without a spring sleep for as long as its fibers, apart by `gap` [m], need to come near a touch. It then costs next to
+/// nothing and the result does not change, as only a contact that is near counts.
 void let_sleep(const FiberGeometry& geometry, double gap, LineContact& contact);
 
 /// Forces of the contacts owned by `fiber` (its points against other fibers). Adds to `force` and `stiffness`
@@ -120,16 +123,16 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
                               ContactList& contacts, std::span<SpanForce> force, std::span<DirectionalStiffness> stiffness);
 
 /// Adds the stored reactions on `fiber` to its nodes, in a fixed order.
-void gather_reactions(const Model& model, const FiberGeometry& geometry, const ContactList& contacts, std::uint32_t fiber, std::span<SpanForce> force,
-                      std::span<DirectionalStiffness> stiffness);
+void gather_reactions(const Model& model, const FiberGeometry& geometry, const ContactList& contacts, std::uint32_t fiber,
+                      std::span<SpanForce> force, std::span<DirectionalStiffness> stiffness);
 
 /// A bent fiber must not push itself: whether a span of the node's own fiber lies within half a turn of its tightest bend from the node.
 bool within_own_bend(const Model& model, std::uint32_t fiber, std::uint32_t node, std::uint32_t span, std::int32_t image);
 
 /// Closest point of a fiber's axis to a point, starting from `span` and `image` and walking along the fiber.
 struct AxisPoint {
-  double u = 0;            ///< on the span
-  Vec3 separation;         ///< from the closest point to the point
+  double u = 0;     ///< on the span
+  Vec3 separation;  ///< from the closest point to the point
   double distance2 = 0;
 };
 AxisPoint walk_to_point(const Model& model, const FiberGeometry& geometry, const Vec3& point, std::uint32_t& span, std::int32_t& image);
