@@ -25,15 +25,25 @@ constexpr std::array<TypeColumn, 7> type_columns = {&FiberType::radius,
 template <class F>
 void each_column(F&& f) {
   using P = MinimizeProgress;
-  f("iteration", [](const P& p) { return static_cast<double>(p.iteration); }, [](P& p, double v) { p.iteration = static_cast<int>(v); });
-  f("energy_J", [](const P& p) { return p.energy; }, [](P& p, double v) { p.energy = v; });
-  f("gradient_max", [](const P& p) { return p.gradient_max; }, [](P& p, double v) { p.gradient_max = v; });
-  f("step_max_m", [](const P& p) { return p.step_max; }, [](P& p, double v) { p.step_max = v; });
-  f("shift_N_per_m", [](const P& p) { return p.shift; }, [](P& p, double v) { p.shift = v; });
-  f("first_order", [](const P& p) { return static_cast<double>(p.first_order); }, [](P& p, double v) { p.first_order = v != 0; });
-  f("convex", [](const P& p) { return static_cast<double>(p.convex); }, [](P& p, double v) { p.convex = v != 0; });
-  f("touching", [](const P& p) { return static_cast<double>(p.touching); }, [](P& p, double v) { p.touching = static_cast<std::size_t>(v); });
-  f("wall_s", [](const P& p) { return p.wall; }, [](P& p, double v) { p.wall = v; });
+  f(
+      "iteration", [](const P& p) { return static_cast<double>(p.iteration); }, [](P& p, double v) { p.iteration = static_cast<int>(v); });
+  f(
+      "energy_J", [](const P& p) { return p.energy; }, [](P& p, double v) { p.energy = v; });
+  f(
+      "gradient_max", [](const P& p) { return p.gradient_max; }, [](P& p, double v) { p.gradient_max = v; });
+  f(
+      "step_max_m", [](const P& p) { return p.step_max; }, [](P& p, double v) { p.step_max = v; });
+  f(
+      "shift_N_per_m", [](const P& p) { return p.shift; }, [](P& p, double v) { p.shift = v; });
+  f(
+      "first_order", [](const P& p) { return static_cast<double>(p.first_order); }, [](P& p, double v) { p.first_order = v != 0; });
+  f(
+      "convex", [](const P& p) { return static_cast<double>(p.convex); }, [](P& p, double v) { p.convex = v != 0; });
+  f(
+      "touching", [](const P& p) { return static_cast<double>(p.touching); },
+      [](P& p, double v) { p.touching = static_cast<std::size_t>(v); });
+  f(
+      "wall_s", [](const P& p) { return p.wall; }, [](P& p, double v) { p.wall = v; });
 }
 
 }  // namespace
@@ -82,7 +92,8 @@ Cell read_cell(const weave::Hdf5File& file) {
   }
   std::vector<Vec3> x;
   for (std::size_t f = 0; f < fibers; ++f) {
-    if (first[f] > first[f + 1] || type[f] >= cell.types.size()) throw std::runtime_error("/cell: fiber " + std::to_string(f) + " is not valid");
+    if (first[f] > first[f + 1] || type[f] >= cell.types.size())
+      throw std::runtime_error("/cell: fiber " + std::to_string(f) + " is not valid");
     CellFiber fiber;
     fiber.weft = weft[f] != 0;
     fiber.type = static_cast<std::uint16_t>(type[f]);

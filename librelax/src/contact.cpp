@@ -50,7 +50,8 @@ void add_hessian(const ChainPoint& at, const std::array<std::uint32_t, parts>& n
 /// How far the nodes of each span have gone since a list was built [m].
 std::vector<double> ways_since(const Cell& cell, const ContactList& list, const Eigen::VectorXd& q) {
   std::vector<double> node(cell.nodes()), span(cell.nodes());
-  for (std::uint32_t i = 0; i < cell.nodes(); ++i) node[i] = (q.segment<3>(3 * Eigen::Index{i}) - list.built_at.segment<3>(3 * Eigen::Index{i})).norm();
+  for (std::uint32_t i = 0; i < cell.nodes(); ++i)
+    node[i] = (q.segment<3>(3 * Eigen::Index{i}) - list.built_at.segment<3>(3 * Eigen::Index{i})).norm();
   for (std::uint32_t i = 0; i < cell.nodes(); ++i) span[i] = std::max({node[cell.before(i).node], node[i], node[cell.after(i).node]});
   return span;
 }
@@ -113,7 +114,8 @@ double bend_toward(const Cell& cell, const Eigen::VectorXd& q, const Vec3& point
     const Span span(cell, q, n.node);
     const Vec3 toward = point - shift - n.wrap * period - span.point(0.5);
     const double distance = toward.norm();
-    if (distance < bend_seen_within * reach) bend = std::max(bend, reach * toward.dot(span.curve) / (distance * span.tangent(0.5).squaredNorm()));
+    if (distance < bend_seen_within * reach)
+      bend = std::max(bend, reach * toward.dot(span.curve) / (distance * span.tangent(0.5).squaredNorm()));
   }
   return bend;
 }
@@ -179,7 +181,9 @@ double contact_energy(const Cell& cell, const ContactList& list, const Eigen::Ve
       const SpanContact& contact = list.contacts[i];
       const double other = std::max({way[cell.before(contact.other).node], way[contact.other], way[cell.after(contact.other).node]});
       if (list.gap[i] > way[contact.span] + other) {  // the points can not have come to a touch
-        if (part[p].state.want_touches) part[p].state.touches.insert(part[p].state.touches.end(), static_cast<std::size_t>(samples_on(cell, contact.span, contact.other, list.sampling)), 0);
+        if (part[p].state.want_touches)
+          part[p].state.touches.insert(part[p].state.touches.end(),
+                                       static_cast<std::size_t>(samples_on(cell, contact.span, contact.other, list.sampling)), 0);
         continue;
       }
       evaluate(cell, list, contact, q, want, part[p]);

@@ -126,7 +126,8 @@ void find_nearest(const Cell& cell, const Grid& grid, const std::vector<SpanBall
     Candidate c{g, 0, distance2, {i, j, balls[i].wrap_x - balls[j].wrap_x + wrap_x, balls[i].wrap_y - balls[j].wrap_y + wrap_y, 0.5}};
     c.across = cell.weft[g] ? c.contact.image_x : c.contact.image_y;
     if (g == f && c.across == 0) return;
-    const auto known = std::find_if(nearest.begin(), nearest.end(), [&](const Candidate& o) { return o.fiber == g && o.across == c.across; });
+    const auto known =
+        std::find_if(nearest.begin(), nearest.end(), [&](const Candidate& o) { return o.fiber == g && o.across == c.across; });
     if (known == nearest.end()) {
       nearest.push_back(c);
     } else if (distance2 < known->distance2) {

@@ -22,16 +22,20 @@ constexpr int steps_before_growth = 5;
 constexpr double way_limit = 0.1;    ///< of a node in one step [smallest diameters]
 constexpr int metric_interval = 10;  ///< steps for which M is kept, unless the motion turns uphill before
 constexpr double near_touch = 1.04;  ///< radii by which M sees fibers: those that may touch before it is renewed have to be in it
-constexpr double list_skin = 0.8;    ///< of the contact list [largest fiber diameters]: nodes go far, and what does not touch costs next to nothing
-constexpr int patience = 400;        ///< steps in which neither the gradient nor the energy comes down, after which the phase is given up
+constexpr double list_skin =
+    0.8;  ///< of the contact list [largest fiber diameters]: nodes go far, and what does not touch costs next to nothing
+constexpr int patience = 400;  ///< steps in which neither the gradient nor the energy comes down, after which the phase is given up
 constexpr double gradient_fall = 0.1, energy_fall = 0.01;  ///< of their least values: what counts as coming down
-constexpr double regular = 1e-6;     ///< added to M: of the reference tension over the diameter, for slack fibers that nothing holds
+constexpr double regular = 1e-6;  ///< added to M: of the reference tension over the diameter, for slack fibers that nothing holds
 
 /// M with its factor.
 class Metric {
  public:
   explicit Metric(const Cell& cell)
-      : inflated_(inflate(cell, 1)), stiff_(inflate(cell, 2)), matrix_(hessian_for(cell, ContactList{}, Eigen::VectorXd::Zero(Unknowns(cell).size))), factor_(matrix_) {}
+      : inflated_(inflate(cell, 1)),
+        stiff_(inflate(cell, 2)),
+        matrix_(hessian_for(cell, ContactList{}, Eigen::VectorXd::Zero(Unknowns(cell).size))),
+        factor_(matrix_) {}
 
   void renew(const Cell& cell, const Unknowns& unknowns, const ContactList& list, const Eigen::VectorXd& q,
              const std::vector<Eigen::Index>& pins, double scale) {
@@ -63,7 +67,8 @@ class Metric {
     finish_types(cell);
     return cell;
   }
-  Cell inflated_, stiff_;  ///< the second for bars, none of which is slack in it, as it may be taut in the next step; and for contact between fibers, which counts twice
+  Cell inflated_, stiff_;  ///< the second for bars, none of which is slack in it, as it may be taut in the next step; and for contact
+                           ///< between fibers, which counts twice
   SparseHessian matrix_;
   Cholesky factor_;
 };
@@ -77,8 +82,8 @@ double way_max(const Unknowns& unknowns, const Eigen::VectorXd& step) {
 
 }  // namespace
 
-FirstOrderEnd calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins, const MinimizeOptions& options, double tolerance, int steps_max,
-                        const std::function<bool()>& pause, FirstOrderState& state, MinimizeResult& result) {
+FirstOrderEnd calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins, const MinimizeOptions& options, double tolerance,
+                        int steps_max, const std::function<bool()>& pause, FirstOrderState& state, MinimizeResult& result) {
   if (steps_max <= 0) return FirstOrderEnd::near;
   const Clock::time_point start = Clock::now();
   const double wall_before = result.history.empty() ? 0 : result.history.back().wall;

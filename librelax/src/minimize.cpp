@@ -35,10 +35,10 @@ class Timed {
 
 constexpr double armijo = 1e-4;  ///< share of the predicted fall in energy that a step must bring (Nocedal & Wright 2006, 3.4)
 constexpr int halvings = 14;
-constexpr double round_off = 1e-11;     ///< of the energy: a predicted fall below it can not be seen
-constexpr double shift_first = 1e-4;    ///< [reference tension / diameter]
+constexpr double round_off = 1e-11;                      ///< of the energy: a predicted fall below it can not be seen
+constexpr double shift_first = 1e-4;                     ///< [reference tension / diameter]
 constexpr double shift_least = 1e-6, shift_largest = 1;  ///< of the true Hessian [reference tension / diameter]
-constexpr int far_steps = 3;             ///< of Newton's method as long as the list allows, one after the other: far from a minimum
+constexpr int far_steps = 3;                    ///< of Newton's method as long as the list allows, one after the other: far from a minimum
 constexpr int far_steps_after_stagnation = 40;  ///< and where the cheap steps have not come down
 constexpr int inverse_iterations = 12, inverse_iterations_most = 300;  ///< for the direction of negative curvature, as many until it is one
 
@@ -70,8 +70,11 @@ class Minimization {
   Minimization(const Cell& cell, MinimizeState state, const MinimizeOptions& options)
       : cell_(cell), options_(options), unknowns_(cell), scale_(cell), pins_(pinned_unknowns(cell)), at_(std::move(state)) {
     const bool newton = at_.newton, first_order = !newton && at_.first_order.step > 0;
-    for (const auto& [wanted, vector] : {std::pair{true, &at_.q}, {newton, &at_.list_at}, {newton, &at_.pattern_at},
-                                         {first_order, &at_.first_order.velocity}, {first_order, &at_.first_order.list_at}}) {
+    for (const auto& [wanted, vector] : {std::pair{true, &at_.q},
+                                         {newton, &at_.list_at},
+                                         {newton, &at_.pattern_at},
+                                         {first_order, &at_.first_order.velocity},
+                                         {first_order, &at_.first_order.list_at}}) {
       if (wanted && (vector->size() != unknowns_.size || !vector->allFinite()))
         throw std::invalid_argument("minimize: the start has the wrong size or is not finite");
     }
@@ -88,8 +91,7 @@ class Minimization {
     const auto pause = [&] { return pause_wanted(); };
     for (bool again = true; again;) {
       if (!at_.newton) {
-        const FirstOrderEnd end =
-            calm_down(cell_, pins_, options_, at_.tolerance, at_.steps_left, pause, at_.first_order, result_);
+        const FirstOrderEnd end = calm_down(cell_, pins_, options_, at_.tolerance, at_.steps_left, pause, at_.first_order, result_);
         if (end == FirstOrderEnd::paused) return leave_off();
         at_.steps_left -= at_.first_order.step;
         at_.first_order = {};
@@ -281,8 +283,8 @@ class Minimization {
     return std::sqrt(way2);
   }
 
-  /// Factorizes so that the step goes downhill: the true Hessian, if need be with a shift, where the last step stayed near; else without its
-  /// indefinite terms, and shifted.
+  /// Factorizes so that the step goes downhill: the true Hessian, if need be with a shift, where the last step stayed near; else without
+  /// its indefinite terms, and shifted.
   void factorize_for_descent() {
     if (at_.true_in > 0) {
       --at_.true_in;
@@ -331,8 +333,8 @@ class Minimization {
     return !descend(direction);
   }
 
-  /// Goes along a direction as far as it lowers the energy, or, where energies are lost in round-off, as far as the gradient says so or becomes
-  /// less. False: nowhere.
+  /// Goes along a direction as far as it lowers the energy, or, where energies are lost in round-off, as far as the gradient says so or
+  /// becomes less. False: nowhere.
   bool descend(Eigen::VectorXd& direction) {
     const double limit = 0.5 * list_.skin, way = way_max(direction);
     at_.went_far = way > limit;

@@ -16,7 +16,8 @@
 namespace relax {
 namespace {
 
-constexpr double hexagonal_packing = 0.9069;  ///< the share of its hexagonal cell that a fiber fills: its finer fibers may use the whole cell
+constexpr double hexagonal_packing =
+    0.9069;  ///< the share of its hexagonal cell that a fiber fills: its finer fibers may use the whole cell
 
 /// Fibers of one yarn.
 struct YarnFibers {
@@ -54,8 +55,8 @@ std::vector<double> distance_from_axis(const Cell& cell, const Eigen::VectorXd& 
 std::vector<int> share_out(const Cell& cell, const Eigen::VectorXd& q, const YarnFibers& yarn, int fibers) {
   const int coarse = yarn.count();
   if (fibers < coarse) {
-    throw std::invalid_argument("refine: yarn " + std::to_string(cell.yarn[yarn.begin]) + " has " + std::to_string(coarse) + " fibers, more than " +
-                                std::to_string(fibers));
+    throw std::invalid_argument("refine: yarn " + std::to_string(cell.yarn[yarn.begin]) + " has " + std::to_string(coarse) +
+                                " fibers, more than " + std::to_string(fibers));
   }
   std::vector<int> parts(static_cast<std::size_t>(coarse), fibers / coarse);
   const std::vector<double> distance = distance_from_axis(cell, q, yarn);
@@ -109,8 +110,8 @@ Eigen::Vector2d place_of(int j, int n, double radius) {
 }
 
 /// A finer fiber beside a coarse one.
-CellFiber beside(const Cell& cell, const Eigen::VectorXd& q, std::uint32_t f, const std::vector<double>& stretch, const Eigen::Vector2d& place,
-                 double spacing) {
+CellFiber beside(const Cell& cell, const Eigen::VectorXd& q, std::uint32_t f, const std::vector<double>& stretch,
+                 const Eigen::Vector2d& place, double spacing) {
   const std::uint32_t spans = cell.nodes_of(f);
   double length = 0;
   for (std::uint32_t i = cell.first[f]; i < cell.first[f + 1]; ++i) length += cell.rest_length[i];

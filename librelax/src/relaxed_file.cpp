@@ -14,20 +14,22 @@ namespace {
 auto numbers_of(auto& s) {
   auto& w = s.stages;
   auto& f = s.first_order;
-  return std::array{&s.reference_tension, &s.tolerance,       &f.time_step,          &f.mixing,   &f.gradient_least, &f.energy_least,
-                    &s.shift,             &s.true_shift,      &s.wall,               &w.search,   &w.assembly,       &w.first_order_metric,
-                    &w.analysis,          &w.factorization,   &w.solution};
+  return std::array{&s.reference_tension, &s.tolerance, &f.time_step, &f.mixing,   &f.gradient_least,     &f.energy_least, &s.shift,
+                    &s.true_shift,        &s.wall,      &w.search,    &w.assembly, &w.first_order_metric, &w.analysis,     &w.factorization,
+                    &w.solution};
 }
 
 /// And to its counters.
 auto counters_of(auto& s) {
   auto& f = s.first_order;
-  return std::array{&s.steps_left, &s.iterations_left, &f.step,      &f.downhill, &f.least_at,
-                    &s.far,        &s.true_in,         &s.true_wait, &s.stalled,  &s.analyses, &s.factorizations};
+  return std::array{&s.steps_left, &s.iterations_left, &f.step,    &f.downhill, &f.least_at,      &s.far,
+                    &s.true_in,    &s.true_wait,       &s.stalled, &s.analyses, &s.factorizations};
 }
 
 /// And to its flags.
-auto flags_of(auto& s) { return std::array{&s.newton, &s.stagnated, &s.went_far}; }
+auto flags_of(auto& s) {
+  return std::array{&s.newton, &s.stagnated, &s.went_far};
+}
 
 /// Calls f with the name and the vector of each of its vectors.
 void each_vector(auto& s, auto&& f) {
@@ -66,7 +68,9 @@ void write_relaxed(const std::filesystem::path& file, const RelaxedFile& relaxed
   out.commit();
 }
 
-bool is_relaxed(const std::filesystem::path& file) { return weave::Hdf5File::open(file).has("/cell/unknowns_m"); }
+bool is_relaxed(const std::filesystem::path& file) {
+  return weave::Hdf5File::open(file).has("/cell/unknowns_m");
+}
 
 RelaxedFile read_relaxed(const std::filesystem::path& file) {
   return naming(file, [&] {

@@ -33,12 +33,14 @@ double intercept(const std::vector<int>& counts, const std::vector<double>& valu
 
 std::optional<Extrapolation> extrapolate(const std::vector<int>& counts, const std::vector<double>& values) {
   if (counts.size() != values.size()) throw std::invalid_argument("extrapolate: as many values as counts are needed");
-  if (std::set<int>(counts.begin(), counts.end()).size() != counts.size() || std::any_of(counts.begin(), counts.end(), [](int n) { return n < 1; }))
+  if (std::set<int>(counts.begin(), counts.end()).size() != counts.size() ||
+      std::any_of(counts.begin(), counts.end(), [](int n) { return n < 1; }))
     throw std::invalid_argument("extrapolate: counts must be different and at least 1");
   if (counts.size() < 3) return std::nullopt;
   const std::size_t none = counts.size();
   Extrapolation e{intercept(counts, values, 1, none), 0};
-  for (std::size_t i = 0; i < counts.size(); ++i) e.uncertainty = std::max(e.uncertainty, std::abs(intercept(counts, values, 1, i) - e.value));
+  for (std::size_t i = 0; i < counts.size(); ++i)
+    e.uncertainty = std::max(e.uncertainty, std::abs(intercept(counts, values, 1, i) - e.value));
   for (const double power : {0.5, 1.5}) e.uncertainty = std::max(e.uncertainty, std::abs(intercept(counts, values, power, none) - e.value));
   return e;
 }

@@ -1,13 +1,19 @@
 #include "weave/checkpoint.hpp"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <span>
+#include <stdexcept>
 
 #include "hdf5_file.hpp"
 #include "history_file.hpp"
 
 namespace weave {
 namespace {
+
+/// Rises with every change of what a checkpoint holds or of what it means. 1: contacts on poly-lines; 2: on spans of smooth axes.
+constexpr std::int64_t format = 2;
 
 void write_vectors(Hdf5File& file, const std::string& path, const std::vector<Vec3>& v) {
   file.write_rows<double>(path, std::span<const double>(v.empty() ? nullptr : v.front().data(), 3 * v.size()), 3);
@@ -29,13 +35,13 @@ auto scalars_of(auto& s) {
 /// Calls f with each integer of a contact, const or not, in the order of the file.
 void each_place(auto& c, auto&& f) {
   f(c.node);
-  f(c.segment);
+  f(c.span);
   f(c.image);
 }
 
 /// And with each of its numbers.
 void each_number(auto& c, auto&& f) {
-  f(c.fraction);
+  f(c.at);
   f(c.asleep_until);
 }
 
@@ -104,8 +110,8 @@ void each_double(M& m, F&& f) {
 }
 
 std::vector<double> scalars_of(const Model& m) {
-  std::vector<double> s = {m.period_y, m.friction, m.damping, m.axial_damping, double(m.implicit_axial), double(m.node_contact), m.guide_x,
-                           m.guide_ramp};
+  std::vector<double> s = {m.period_y, m.friction,  m.damping, m.axial_damping, double(m.implicit_axial), double(m.node_contact),
+                           m.guide_x,  m.guide_ramp};
   for (const FiberType& t : m.types) {
     s.insert(s.end(), {t.radius, t.area, t.youngs_modulus, t.compression_factor, t.transverse_modulus, t.density, t.bending_stiffness});
   }
@@ -129,6 +135,7 @@ void set_scalars(const std::vector<double>& s, Model& m) {
 
 void write_checkpoint(const std::filesystem::path& path, const Checkpoint& c) {
   Hdf5File file = Hdf5File::create(path);
+  file.write("/format", std::vector<std::int64_t>{format});
   file.write_text("/case", c.case_toml);
   file.write("/run/numbers", c.loom_numbers);
   file.write("/run/counters", c.loom_counters);
@@ -163,6 +170,12 @@ void write_checkpoint(const std::filesystem::path& path, const Checkpoint& c) {
 
 Checkpoint read_checkpoint(const std::filesystem::path& path) {
   const Hdf5File file = Hdf5File::open(path);
+  const std::int64_t written = file.has("/format") ? file.read<std::int64_t>("/format").front() : 1;
+  if (written != format) {
+    throw std::runtime_error(fmt::format("{}: a checkpoint of format {}, but this version of Heddle reads format {}; go on with the version "
+                                         "that wrote it, or weave the case anew",
+                                         path.string(), written, format));
+  }
   Checkpoint c;
   c.case_toml = file.read_text("/case");
   c.loom_numbers = file.read<double>("/run/numbers");

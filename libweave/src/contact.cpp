@@ -10,8 +10,11 @@ namespace weave {
 namespace {
 
 constexpr int walk_limit = 50;
-/// Two bars are equally close at the vertex they share: the one at hand is kept against round-off, as their angles, and shares, differ.
-constexpr double nearer = 1 - 1e-9;
+/// Of Newton's method to a closest point, which ends with a step below `converged` of the span: mostly the third or fourth.
+constexpr int newton_limit = 12;
+constexpr double converged = 1e-8;
+/// Of the length of the tangent, squared: below it a point is so near the axis's center of curvature that Newton's method would overshoot.
+constexpr double flattest = 0.1;
 
 /// Reactions that are asked for ahead of their turn, since they lie apart in memory.
 constexpr std::uint32_t fetch_ahead = 12;
@@ -20,35 +23,32 @@ constexpr int samples = 4;
 
 struct Step {
   bool exists = false;
-  std::uint32_t segment = 0;
+  std::uint32_t span = 0;
   std::int32_t wrap = 0;  ///< periods by which the fiber's own coordinates fall short after passing its seam
 };
 
-Step next_bar(const Model& m, std::uint32_t s) {
-  const std::uint32_t f = m.fiber_of[s];
-  if (s + 1 < m.last(f)) return {true, s + 1, 0};
-  return {m.periodic[f] != 0, m.first[f], 1};
+Step next_span(const Model& m, std::uint32_t s) {
+  const SpanNodes n = nodes_of_span(m, m.fiber_of[s], s);
+  return {n.has_after, n.after, n.wraps_after ? 1 : 0};
 }
 
-Step previous_bar(const Model& m, std::uint32_t s) {
-  const std::uint32_t f = m.fiber_of[s];
-  if (s > m.first[f]) return {true, s - 1, 0};
-  return {m.periodic[f] != 0, m.last(f) - 1, -1};
+Step previous_span(const Model& m, std::uint32_t s) {
+  const SpanNodes n = nodes_of_span(m, m.fiber_of[s], s);
+  return {n.has_before, n.before, n.wraps_before ? -1 : 0};
 }
 
-struct OnBar {
-  double raw, fraction;  ///< unclamped and clamped to the bar
-  Vec3 separation;
-  double distance2;
-};
-
-inline OnBar nearest_on_bar(const FiberGeometry& g, const Vec3& point, std::uint32_t s, double shift) {
-  Vec3 r = point - g.x[s];
-  r.y() -= shift;
-  const double along = r.dot(g.bar_tangent[s]);
-  const double clamped = std::clamp(along, 0.0, g.bar_length[s]);
-  r -= clamped * g.bar_tangent[s];
-  return {along * g.bar_inverse[s], clamped * g.bar_inverse[s], r, r.squaredNorm()};
+/// u of the point of a span, thought to go on beyond its ends, that is nearest to a point `from_middle` its middle: (r - c(u)).c'(u) = 0.
+inline double nearest_on_span(const Span& s, const Vec3& from_middle) {
+  double u = from_middle.dot(s.slope) / s.slope.squaredNorm();
+  if (s.curve.isZero(0)) return u;
+  for (int i = 0; i < newton_limit; ++i) {
+    const Vec3 r = from_middle - u * s.slope - (0.5 * u * u) * s.curve, t = s.tangent(u);
+    const double t2 = t.squaredNorm(), steepness = t2 - r.dot(s.curve);
+    const double change = r.dot(t) / (steepness > flattest * t2 ? steepness : t2);
+    u += change;
+    if (std::abs(change) < converged) break;
+  }
+  return u;
 }
 
 double stored_in(const FrictionSpring& f) {
@@ -62,48 +62,49 @@ void release(FrictionSpring& f, double& lost) {
 
 /// Relative motion of a contact's two fibers during the last step.
 struct Slip {
-  double along_a = 0, along_b = 0;  ///< of the material of a on b, along a's bar and along b's [m]
-  double cosine = 0;                ///< between the two bars
-  double arm_a = 0, arm_b = 0;      ///< distance / length of the bar: a turning bar slips by the distance from its axis
+  double along_a = 0, along_b = 0;  ///< of the material of a on b, along a's axis and along b's [m]
+  double cosine = 0;                ///< between the two axes
+  double arm_a = 0, arm_b = 0;      ///< distance / length of c'(u): a turning axis slips by the distance from it
+  Vec3 t_a, t_b;                    ///< unit tangents
   [[nodiscard]] double across() const { return along_a - cosine * along_b; }
   [[nodiscard]] double sine2() const { return 1 - cosine * cosine; }
 };
 
-/// A place on a bar: its first node and the fraction along it.
+/// A place on a fiber's axis.
 struct Place {
-  std::uint32_t bar;
-  double fraction;
+  std::uint32_t span;
+  double u;
 };
 
-/// Slip of a point of bar a on bar b over a time dt, for the unit normal n from b to a.
-inline Slip slip_of(const FiberGeometry& g, const Place& a, const Place& b, const Vec3& n, double distance, double dt) {
-  const Vec3 &ta = g.bar_tangent[a.bar], &tb = g.bar_tangent[b.bar];
-  const Vec3 dva = g.v[a.bar + 1] - g.v[a.bar], dvb = g.v[b.bar + 1] - g.v[b.bar];
-  const Vec3 relative = g.v[a.bar] + a.fraction * dva - g.v[b.bar] - b.fraction * dvb;
+/// Slip of a place of fiber a on fiber b over a time dt, for the unit normal n from b to a. Fibers that run `side_by_side` only slip along
+/// b.
+inline Slip slip_of(const FiberGeometry& g, const Place& a, const Place& b, const Vec3& n, double distance, bool side_by_side, double dt) {
   Slip slip;
-  slip.arm_a = distance * g.bar_inverse[a.bar];
-  slip.arm_b = distance * g.bar_inverse[b.bar];
-  slip.cosine = ta.dot(tb);
-  slip.along_a = dt * (relative.dot(ta) + slip.arm_a * n.dot(dva));
-  slip.along_b = dt * (relative.dot(tb) + slip.arm_b * n.dot(dvb));
+  const Span &rate_a = g.rate[a.span], &rate_b = g.rate[b.span];
+  const Vec3 relative = rate_a.point(a.u) - rate_b.point(b.u);
+  slip.t_b = g.span[b.span].tangent(b.u);
+  const double inverse_b = 1 / slip.t_b.norm();
+  slip.t_b *= inverse_b;
+  slip.arm_b = distance * inverse_b;
+  slip.along_b = dt * (relative.dot(slip.t_b) + slip.arm_b * n.dot(rate_b.tangent(b.u)));
+  if (side_by_side) {
+    slip.t_a = slip.t_b;
+    slip.cosine = 1;
+    slip.along_a = slip.along_b;
+    return slip;
+  }
+  slip.t_a = g.span[a.span].tangent(a.u);
+  const double inverse_a = 1 / slip.t_a.norm();
+  slip.t_a *= inverse_a;
+  slip.arm_a = distance * inverse_a;
+  slip.along_a = dt * (relative.dot(slip.t_a) + slip.arm_a * n.dot(rate_a.tangent(a.u)));
+  slip.cosine = slip.t_a.dot(slip.t_b);
   return slip;
 }
 
-/// The same for a node of fiber a, which only slips along b: a's fiber runs beside it.
-inline Slip slip_of_node(const FiberGeometry& g, std::uint32_t node, const Place& b, const Vec3& n, double distance, double dt) {
-  const Vec3& tb = g.bar_tangent[b.bar];
-  const Vec3 dvb = g.v[b.bar + 1] - g.v[b.bar];
-  Slip slip;
-  slip.arm_b = distance * g.bar_inverse[b.bar];
-  slip.along_b = dt * ((g.v[node] - g.v[b.bar] - b.fraction * dvb).dot(tb) + slip.arm_b * n.dot(dvb));
-  slip.along_a = slip.along_b;
-  slip.cosine = 1;
-  return slip;
-}
-
-/// Moves a spring by a slip, with Coulomb's cap on the force [N]. Lost is the work done on the spring, by the trapezoidal rule as the motion
-/// has it, that the spring does not store. The force is kept while the contact hardens, the slip while it softens, so that neither makes
-/// energy (Thornton & Randall 1988).
+/// Moves a spring by a slip, with Coulomb's cap on the force [N]. Lost is the work done on the spring, by the trapezoidal rule as the
+/// motion has it, that the spring does not store. The force is kept while the contact hardens, the slip while it softens, so that neither
+/// makes energy (Thornton & Randall 1988).
 inline void slide(FrictionSpring& spring, const Slip& slip, double stiffness, double cap, double& lost) {
   const double softness = spring.stiffness > 0 ? 1 / spring.stiffness : 0;
   const double share = spring.stiffness > 0 ? std::min(stiffness * softness, 1.0) : 0;
@@ -125,28 +126,37 @@ void part(FrictionSpring& spring, const Slip& slip, double& lost) {
   release(spring, lost);
 }
 
-/// Force of a spring on fiber a, and the couples by which it turns the bars: a couple pushes a bar's second node, and the first one back.
-struct Drag {
-  Vec3 force, couple_a, couple_b;
-};
-
-inline Drag drag_of(const FrictionSpring& spring, const Slip& slip, const Vec3& ta, const Vec3& tb, const Vec3& n) {
-  const double along_b = spring.along - slip.cosine * spring.across;
-  return {along_b * tb + spring.across * ta, spring.across * slip.arm_a * n, along_b * slip.arm_b * n};
-}
-
-void note_overlap(double ratio, std::uint32_t node, std::uint32_t segment, ContactSums& sums) {
+void note_overlap(double ratio, std::uint32_t node, std::uint32_t span, ContactSums& sums) {
   if (ratio <= sums.overlap_max) return;
   sums.overlap_max = ratio;
   sums.node_max = node;
-  sums.segment_max = segment;
+  sums.span_max = span;
 }
 
 using Samples = Eigen::Array<double, samples, 1>;
 
 /// Places of the samples about their point, in shares of the length that the point stands for.
-Samples sample_offsets() { return Samples::LinSpaced(0.5 / samples - 0.5, 0.5 - 0.5 / samples); }
+Samples sample_offsets() {
+  return Samples::LinSpaced(0.5 / samples - 0.5, 0.5 - 0.5 / samples);
+}
 constexpr double last_offset = 0.5 - 0.5 / samples;
+
+/// Vectors of the samples.
+struct SampleVectors {
+  Samples x, y, z;
+
+  /// start + u along + u^2/2 bend.
+  static SampleVectors on_curve(const Vec3& start, const Vec3& along, const Vec3& bend, const Samples& u) {
+    const Samples half = 0.5 * u;
+    return {start.x() + u * (along.x() + half * bend.x()), start.y() + u * (along.y() + half * bend.y()),
+            start.z() + u * (along.z() + half * bend.z())};
+  }
+  [[nodiscard]] SampleVectors operator-(const SampleVectors& o) const { return {x - o.x, y - o.y, z - o.z}; }
+  [[nodiscard]] Samples dot(const SampleVectors& o) const { return x * o.x + y * o.y + z * o.z; }
+  [[nodiscard]] Samples dot(const Vec3& o) const { return x * o.x() + y * o.y() + z * o.z(); }
+  /// Sum of the vectors, each times its weight.
+  [[nodiscard]] Vec3 sum(const Samples& weight) const { return {(weight * x).sum(), (weight * y).sum(), (weight * z).sum()}; }
+};
 
 struct Target {
   const Model& model;
@@ -154,123 +164,129 @@ struct Target {
   std::uint32_t fiber;
   double dt;
   bool with_energy;
-  std::span<Vec3> force;
+  std::span<SpanForce> force;
   std::span<DirectionalStiffness> stiffness;
   Samples offsets = sample_offsets();
 };
 
-/// Whether the closest points of all that lies within sqrt(distance2) of a bar, beside its stretch low...high [m], are on that bar: a point at
-/// distance r from it is nearer to the next bar if it lies within r tan(phi/2) of their vertex, with phi the angle of the two.
-inline bool nearest_on_this_bar(const FiberGeometry& g, std::uint32_t s, double low, double high, double distance2) {
-  const double left = g.bar_length[s] - high;
-  return low >= 0 && left >= 0 && low * low >= g.bend2[s] * distance2 && left * left >= g.bend2[s + 1] * distance2;
-}
-
-/// Closest point of the touched fiber to a point, from the bar at hand; the fiber is walked along only where another bar may be nearer.
-inline PolylinePoint follow(const Model& m, const FiberGeometry& g, const Vec3& point, std::uint32_t& segment, std::int32_t& image) {
-  Vec3 r = point - g.x[segment];
-  r.y() -= image * m.period_y;
-  const Vec3& t = g.bar_tangent[segment];
-  const double along = r.dot(t);
-  r -= along * t;
-  const double distance2 = r.squaredNorm();
-  if (!nearest_on_this_bar(g, segment, along, along, distance2)) return walk_to_point(m, g, point, segment, image);
-  return {along * g.bar_inverse[segment], r, distance2};
-}
-
 /// From the touched fiber to the point; short where their axes cross, so that it stays finite.
-inline Vec3 unit_normal(const PairLaw& law, const PolylinePoint& q, double distance) {
-  return (1 / std::max(distance, 1e-3 * law.reach)) * q.separation;
+inline Vec3 unit_normal(const PairLaw& law, const Vec3& separation, double distance) {
+  return (1 / std::max(distance, 1e-3 * law.reach)) * separation;
 }
 
 inline ContactStiffness stiffness_along(const Vec3& n, double normal, double friction, bool all_round) {
   return {n.cast<float>(), static_cast<float>(normal), static_cast<float>(friction), all_round};
 }
 
+/// Adds what a contact does to the nodes that carry the place u of a span; t the touched fiber's unit tangent.
+void add_stiffness(const Model& m, const FiberGeometry& g, std::uint32_t fiber, std::uint32_t span, double u, const ContactStiffness& felt,
+                   const Vec3& t, std::span<DirectionalStiffness> stiffness) {
+  const SpanNodes nodes = nodes_of_span(m, fiber, span);
+  const Vec3 share = node_shares(g.span[span], u);
+  if (nodes.has_before) felt.add_to(stiffness[nodes.before], share[0], t);
+  felt.add_to(stiffness[nodes.here], share[1], t);
+  if (nodes.has_after) felt.add_to(stiffness[nodes.after], share[2], t);
+}
+
 /// Normal force of a contact, summed over its samples.
 struct NormalSum {
-  Vec3 on_first = Vec3::Zero(), on_second = Vec3::Zero();  ///< on the nodes of the point's bar [N]
-  double stiffness = 0;                                    ///< sum of slopes [N/m]
-  double bound = 0;                                        ///< on the stiffness along the normal that a node can feel [N/m]
-  double gap = 0;                                          ///< where nothing touches: the smallest of a sample [m]
+  SpanForce force;                    ///< on the point's span [N]
+  double stiffness = 0;               ///< sum of slopes [N/m]
+  double bound = 0;                   ///< on the stiffness along the normal that a node can feel [N/m]
+  double gap = 0;                     ///< where nothing touches: the smallest of a sample [m]
+  double size = 0, u_a = 0, u_b = 0;  ///< sum of the forces' sizes; sums of the places on the two spans times these
 };
 
-/// Pushes one sample of a contact, a share `weight` [m] of fiber at `eta` on the point's bar, off its closest point q on the bar `segment`.
-inline void push(const Target& at, const PairLaw& law, const PolylinePoint& q, double weight, double eta, std::uint32_t node,
-                 std::uint32_t segment, Reaction& reaction, NormalSum& sum, ContactSums& sums) {
+/// Pushes one sample of a contact, a share `weight` [m] of fiber at `u` of the point's span, off its closest point q on the span `span`.
+inline void push(const Target& at, const PairLaw& law, const AxisPoint& q, double weight, double u, std::uint32_t node, std::uint32_t span,
+                 Reaction& reaction, NormalSum& sum, ContactSums& sums) {
   const double distance = std::sqrt(q.distance2);
   const double overlap = law.reach - distance, ratio = overlap * law.inverse_reach;
   const auto [force, stiffness] = law.line_response(overlap);
-  const Vec3 pull = weight * force / std::max(distance, 1e-3 * law.reach) * q.separation;
+  const Vec3 n = unit_normal(law, q.separation, distance);
+  const Vec3 pull = (weight * force) * n;
   const double bound = weight * stiffness * (1 + ratio);
-  sum.on_first += (1 - eta) * pull;
-  sum.on_second += eta * pull;
+  sum.force.add(pull, u);
   sum.stiffness += weight * stiffness;
   sum.bound += bound;
-  if (!reaction.active) reaction = {Vec3::Zero(), Vec3::Zero(), stiffness_along(unit_normal(law, q, distance), 0, 0, false), static_cast<float>(q.fraction), segment, true};
-  reaction.on_first -= (1 - q.fraction) * pull;
-  reaction.on_second -= q.fraction * pull;
+  sum.size += weight * force;
+  sum.u_a += weight * force * u;
+  sum.u_b += weight * force * q.u;
+  if (!reaction.active) reaction = {{}, stiffness_along(n, 0, 0, false), static_cast<float>(q.u), span, true};
+  reaction.force.add(-pull, q.u);
   reaction.stiffness.normal += static_cast<float>(bound);
-  note_overlap(ratio, node, segment, sums);
+  note_overlap(ratio, node, span, sums);
   if (at.with_energy) sums.energy += weight * law.line_energy(overlap);
 }
 
-/// All samples of a contact at once where their closest points lie on one bar: on straight bars the separation is r0 + t u, with t along the
-/// point's bar and u the part of that bar normal to the touched one. False, with nothing done, where another bar may be nearer.
-inline bool push_samples_on_bar(const Target& at, const LineContact& c, const PairLaw& law, const PolylinePoint& q, double weight,
-                                Reaction& reaction, NormalSum& sum, ContactSums& sums) {
+/// All samples of a contact at once where their closest points lie on one span. False, with nothing done, where they do not.
+inline bool push_samples_on_span(const Target& at, const LineContact& c, const PairLaw& law, double weight, Reaction& reaction,
+                                 NormalSum& sum, ContactSums& sums) {
   const FiberGeometry& g = at.g;
-  const std::uint32_t s = c.segment;
-  const Vec3 along = g.x[c.node + 1] - g.x[c.node];
-  const double shift = along.dot(g.bar_tangent[s]), cell = 1.0 / at.model.points[at.fiber];
-  const Vec3 u = along - shift * g.bar_tangent[s];
-  const double r0u = q.separation.dot(u), u2 = u.squaredNorm();
-  const double last = last_offset * cell, spread = last * std::abs(shift), middle = q.fraction * g.bar_length[s];
-  const double farthest2 = q.distance2 + 2 * last * std::abs(r0u) + last * last * u2;
-  if (!nearest_on_this_bar(g, s, middle - spread, middle + spread, farthest2)) return false;
+  const Span &a = g.span[c.node], &b = g.span[c.span];
+  Vec3 start = a.middle - b.middle;
+  start.y() -= c.image * at.model.period_y;
+  const Samples u = double{c.at} + at.offsets / at.model.points[at.fiber];
+  const SampleVectors from_middle = SampleVectors::on_curve(start, a.slope, a.curve, u);
+  Samples v = from_middle.dot(b.slope) / b.slope.squaredNorm();
+  SampleVectors r = from_middle - SampleVectors::on_curve(Vec3::Zero(), b.slope, b.curve, v);
+  for (int i = 0; i < newton_limit; ++i) {
+    const SampleVectors t{b.slope.x() + v * b.curve.x(), b.slope.y() + v * b.curve.y(), b.slope.z() + v * b.curve.z()};
+    const Samples t2 = t.dot(t), steepness = t2 - r.dot(b.curve);
+    const Samples change = r.dot(t) / (steepness > flattest * t2).select(steepness, t2);
+    v += change;
+    r = from_middle - SampleVectors::on_curve(Vec3::Zero(), b.slope, b.curve, v);
+    if (change.abs().maxCoeff() < converged) break;
+  }
+  if (v.minCoeff() < b.low || v.maxCoeff() > b.high) return false;
 
   const double w = weight / samples * law.line;
-  const Samples t = cell * at.offsets;
-  const Samples r = (q.distance2 + t * (2 * r0u + u2 * t)).sqrt(), overlap = (law.reach - r).max(0);
+  const Samples distance = r.dot(r).sqrt(), overlap = (law.reach - distance).max(0);
   const double deepest = overlap.maxCoeff();
   if (deepest <= 0) {
-    sum.gap = r.minCoeff() - law.reach;
+    sum.gap = distance.minCoeff() - law.reach;
     return true;
   }
-  const Samples slope = w * overlap.sqrt() / r, per_r = slope * overlap / r;  // of the force and of its share of the separation
-  const double force_0 = per_r.sum(), force_1 = (per_r * t).sum(), force_2 = (per_r * t * t).sum();
-  const double stiffness = 1.5 * slope.sum(), bound = 1.5 * (slope * (1 + law.inverse_reach * overlap)).sum();
+  const Samples slope = w * overlap.sqrt() / distance, force = slope * overlap, per_r = force / distance;
   if (at.with_energy) {
     for (const double o : overlap) sums.energy += weight / samples * law.line_energy(o);
   }
-  const Vec3 pull = force_0 * q.separation + force_1 * u, moment = force_1 * q.separation + force_2 * u;
-  const double eta = c.fraction, xi = q.fraction, turn = shift * g.bar_inverse[s];
-  sum = {(1 - eta) * pull - moment, eta * pull + moment, stiffness, bound, 0};
-  reaction = {turn * moment - (1 - xi) * pull, -turn * moment - xi * pull, stiffness_along(pull.normalized(), bound, 0, true), static_cast<float>(xi), s, true};
-  note_overlap(deepest * law.inverse_reach, c.node, s, sums);
+  const Samples per_r_v = per_r * v, per_r_u = per_r * u;
+  const Vec3 pull = r.sum(per_r);
+  sum.force = {pull, r.sum(per_r_u), r.sum(0.5 * per_r_u * u)};
+  sum.stiffness = 1.5 * slope.sum();
+  sum.bound = 1.5 * (slope * (1 + law.inverse_reach * overlap)).sum();
+  sum.size = force.sum();
+  sum.u_a = (force * u).sum();
+  sum.u_b = (force * v).sum();
+  reaction = {{-pull, -r.sum(per_r_v), -r.sum(0.5 * per_r_v * v)},
+              stiffness_along(pull.normalized(), sum.bound, 0, true),
+              static_cast<float>(sum.u_b / sum.size),
+              c.span,
+              true};
+  note_overlap(deepest * law.inverse_reach, c.node, c.span, sums);
   return true;
 }
 
-/// The samples of a contact between two yarns: the law is integrated over the length of fiber that the point stands for, as its closest points
-/// lie, so that a crossing is felt alike wherever it is between two points. They may lie on the bar at hand and on one beside it.
-inline NormalSum push_samples(const Target& at, const LineContact& c, const PairLaw& law, const PolylinePoint& q, double weight,
-                              std::span<Reaction, 2> reaction, ContactSums& sums) {
+/// The samples of a contact between two yarns: the law is integrated over the length of fiber that the point stands for, as its closest
+/// points lie, so that a crossing is felt alike wherever it is between two points. They may lie on the span at hand and on one beside it.
+inline NormalSum push_samples(const Target& at, const LineContact& c, const PairLaw& law, double weight, std::span<Reaction, 2> reaction,
+                              ContactSums& sums) {
   const FiberGeometry& g = at.g;
   NormalSum sum;
-  if (push_samples_on_bar(at, c, law, q, weight, reaction[0], sum, sums)) return sum;
-  const Vec3 along = g.x[c.node + 1] - g.x[c.node];
+  if (push_samples_on_span(at, c, law, weight, reaction[0], sum, sums)) return sum;
   const double cell = 1.0 / at.model.points[at.fiber];
   double nearest2 = std::numeric_limits<double>::infinity();
   for (int k = 0; k < samples; ++k) {
-    const double eta = c.fraction + at.offsets[k] * cell;
-    std::uint32_t segment = c.segment;
+    const double u = c.at + at.offsets[k] * cell;
+    std::uint32_t span = c.span;
     std::int32_t image = c.image;
-    const PolylinePoint at_sample = follow(at.model, g, g.x[c.node] + eta * along, segment, image);
+    const AxisPoint at_sample = walk_to_point(at.model, g, g.span[c.node].point(u), span, image);
     nearest2 = std::min(nearest2, at_sample.distance2);
     if (at_sample.distance2 >= law.reach * law.reach) continue;
-    Reaction& on_bar = reaction[segment == c.segment ? 0 : 1];
-    if (on_bar.active && on_bar.segment != segment) continue;
-    push(at, law, at_sample, weight / samples, eta, c.node, segment, on_bar, sum, sums);
+    Reaction& on_span = reaction[span == c.span ? 0 : 1];
+    if (on_span.active && on_span.span != span) continue;
+    push(at, law, at_sample, weight / samples, u, c.node, span, on_span, sum, sums);
   }
   sum.gap = std::sqrt(nearest2) - law.reach;
   return sum;
@@ -281,29 +297,27 @@ void line_contact(const Target& at, LineContact& c, FrictionSpring& spring, cons
                   ContactSums& sums) {
   const Model& m = at.model;
   const FiberGeometry& g = at.g;
-  const std::uint32_t p = c.node, other = m.fiber_of[c.segment];
+  const std::uint32_t p = c.node, other = m.fiber_of[c.span];
   const PairLaw& law = m.pair_law(at.fiber, other);
-  const PolylinePoint q = follow(m, g, contact_point(g, c), c.segment, c.image);
+  const AxisPoint q = walk_to_point(m, g, contact_point(g, c), c.span, c.image);
   const bool one_yarn = meets_at_nodes(m, at.fiber, other);
-  // Half of the pair's length; the other half comes from the other fiber's points, but for a reed bar, which has none.
   const bool on_reed = m.role[other] == Role::reed;
-  const double weight = (on_reed ? 1 : 0.5) * (one_yarn ? m.tributary[p] : m.point_length[at.fiber]);
+  const double weight = share_of_points(m, at.fiber, other) * (one_yarn ? m.tributary[p] : m.point_length[at.fiber]);
   // Two contacts of one point, each followed along a bent fiber from a place of its own, have met: then the first counts alone.
-  if (before != nullptr && bars_apart(m, *before, c) <= 1) return release(spring, sums.slip_loss);
-  if (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.segment, c.image)) return release(spring, sums.slip_loss);
+  if (before != nullptr && spans_apart(m, *before, c) <= 1) return release(spring, sums.slip_loss);
+  if (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.span, c.image)) return release(spring, sums.slip_loss);
   const double distance = std::sqrt(q.distance2);
   const double gap = distance - touch_reach(m, at.fiber, other);
   // What the fibers may come nearer by in the next step.
-  const double approach = g.reach_ahead[p] - g.travel[p] + g.reach_ahead[c.segment] - g.travel[c.segment];
+  const double approach = g.reach_ahead[p] - g.travel[p] + g.reach_ahead[c.span] - g.travel[c.span];
   const bool held = spring.stiffness > 0;
   if (gap >= approach && !held) return let_sleep(g, gap, c);
-  const Vec3 n = unit_normal(law, q, distance);
   NormalSum normal;
   normal.gap = gap;
   if (one_yarn) {
-    if (gap < 0) push(at, law, q, weight, 0, p, c.segment, reaction[0], normal, sums);
+    if (gap < 0) push(at, law, q, weight, 0, p, c.span, reaction[0], normal, sums);
   } else if (gap < approach) {
-    normal = push_samples(at, c, law, q, weight, reaction, sums);
+    normal = push_samples(at, c, law, weight, reaction, sums);
   }
   const bool touches = normal.stiffness > 0;
   if (!touches && !held) {
@@ -312,42 +326,47 @@ void line_contact(const Target& at, LineContact& c, FrictionSpring& spring, cons
     if (overlap <= 0) return;
     // The next step is already chosen, and they may overlap by so much after it: the one after that has to be short enough.
     const double k = weight * law.line_stiffness(std::min(overlap, 0.5 * law.reach));
-    at.stiffness[p].add(k, n);
-    if (!one_yarn) at.stiffness[p + 1].add(k, n);
+    const Vec3 n = unit_normal(law, q.separation, distance);
+    add_stiffness(m, g, at.fiber, p, c.at, stiffness_along(n, k, 0, true), n, at.stiffness);
     return;
   }
   sums.touching += touches;
   const double friction_stiffness = m.friction * normal.stiffness;
-  const Vec3 pushed = normal.on_first + normal.on_second;
   // A reed bar does not give way, which halves what its touch adds to a frequency.
   const double share = on_reed ? 0.5 : 1;
-  const ContactStiffness felt = stiffness_along(touches ? Vec3(pushed.normalized()) : n, share * normal.bound, share * friction_stiffness, !one_yarn);
+  // Where friction acts: in the middle of the samples' forces, or in the point itself where they are on two spans.
+  Place on_a{p, c.at}, on_b{c.span, q.u};
+  Vec3 apart = q.separation;
+  if (reaction[0].active && !reaction[1].active) {
+    on_a.u = normal.u_a / normal.size;
+    on_b.u = normal.u_b / normal.size;
+    apart = g.span[p].point(on_a.u) - g.span[c.span].point(on_b.u);
+    apart.y() -= c.image * m.period_y;
+  }
+  const double arm = apart.norm();
+  const Vec3 n = unit_normal(law, apart, arm);
+  const ContactStiffness felt = stiffness_along(n, share * normal.bound, share * friction_stiffness, !one_yarn);
+  const Slip slip = slip_of(g, on_a, on_b, n, arm, one_yarn, at.dt);
   if (m.friction > 0) {
-    const Place on_b{c.segment, q.fraction};
-    const Slip slip = one_yarn ? slip_of_node(g, p, on_b, n, distance, at.dt) : slip_of(g, {p, c.fraction}, on_b, n, distance, at.dt);
     if (!touches) return part(spring, slip, sums.slip_loss);
     // Beside the middle of a crossing the samples also push along the fiber, which is no normal force of the two fibers.
-    const double along = pushed.dot(g.bar_tangent[p]);
+    const Vec3& pushed = normal.force.on_middle;
+    const double along = pushed.dot(slip.t_a);
     const double normal_force = std::sqrt(std::max(pushed.squaredNorm() - along * along, 0.0));
     slide(spring, slip, friction_stiffness, m.friction * normal_force, sums.slip_loss);
-    const Drag drag = drag_of(spring, slip, g.bar_tangent[p], g.bar_tangent[c.segment], n);
-    const double eta = c.fraction;
-    normal.on_first += (1 - eta) * drag.force - drag.couple_a;
-    normal.on_second += eta * drag.force + drag.couple_a;
-    if (!reaction[0].active) reaction[0] = {Vec3::Zero(), Vec3::Zero(), felt, static_cast<float>(q.fraction), c.segment, true};
-    reaction[0].on_first -= (1 - q.fraction) * drag.force + drag.couple_b;
-    reaction[0].on_second -= q.fraction * drag.force - drag.couple_b;
+    const double along_b = spring.along - slip.cosine * spring.across;
+    const Vec3 drag = along_b * slip.t_b + spring.across * slip.t_a;
+    normal.force.add(drag, on_a.u);
+    normal.force.add_to_tangent((spring.across * slip.arm_a) * n, on_a.u);
+    if (!reaction[0].active) reaction[0] = {{}, felt, static_cast<float>(on_b.u), c.span, true};
+    reaction[0].force.add(-drag, on_b.u);
+    reaction[0].force.add_to_tangent((along_b * slip.arm_b) * n, on_b.u);
     reaction[0].stiffness.friction = felt.friction;
     reaction[0].stiffness.all_round = felt.all_round;
     if (at.with_energy) sums.friction_store += stored_in(spring);
   }
-  const Vec3& touched = g.bar_tangent[c.segment];
-  at.force[p] += normal.on_first;
-  felt.add_to(at.stiffness[p], 1 - c.fraction, touched);
-  if (!one_yarn) {
-    at.force[p + 1] += normal.on_second;
-    felt.add_to(at.stiffness[p + 1], c.fraction, touched);
-  }
+  at.force[p] += normal.force;
+  add_stiffness(m, g, at.fiber, p, on_a.u, felt, slip.t_b, at.stiffness);
 }
 
 /// Node-to-node law of Yang 2015, eq. (3)-(7), kept to compare with: force along the part of the node-to-node vector normal to each
@@ -355,18 +374,18 @@ void line_contact(const Target& at, LineContact& c, FrictionSpring& spring, cons
 void node_contact(const Target& at, LineContact& c, FrictionSpring& spring, Reaction& reaction, ContactSums& sums) {
   const Model& m = at.model;
   const FiberGeometry& g = at.g;
-  const PolylinePoint q = walk_to_point(m, g, g.x[c.node], c.segment, c.image);
-  const PairLaw& law = m.pair_law(at.fiber, m.fiber_of[c.segment]);
-  const std::uint32_t p = c.node, s = c.segment;
-  const std::uint32_t other = q.fraction < 0.5 ? s : s + 1;
+  walk_to_point(m, g, g.x[c.node], c.span, c.image);
+  const PairLaw& law = m.pair_law(at.fiber, m.fiber_of[c.span]);
+  const std::uint32_t p = c.node, other = c.span;
   Vec3 r = g.x[p] - g.x[other];
   r.y() -= c.image * m.period_y;
-  const Vec3 to_p = r - r.dot(g.node_tangent[p]) * g.node_tangent[p];
-  const Vec3 to_q = r - r.dot(g.node_tangent[other]) * g.node_tangent[other];
+  const Vec3 t = g.span[other].slope.normalized(), t_p = g.span[p].slope.normalized();
+  const Vec3 to_p = r - r.dot(t_p) * t_p;
+  const Vec3 to_q = r - r.dot(t) * t;
   const double distance = to_p.norm();
   if (distance >= law.reach) return release(spring, sums.slip_loss);
   const double overlap = law.reach - distance;
-  note_overlap(overlap / law.reach, p, s, sums);
+  note_overlap(overlap / law.reach, p, other, sums);
   ++sums.touching;
   const double weight = 0.5 * m.tributary[p];
   const auto [force, stiffness] = law.line_response(overlap);
@@ -374,20 +393,21 @@ void node_contact(const Target& at, LineContact& c, FrictionSpring& spring, Reac
   Vec3 on_node = fn / std::max(distance, 1e-3 * law.reach) * to_p;
   Vec3 on_other = -fn / std::max(to_q.norm(), 1e-3 * law.reach) * to_q;
   if (m.friction > 0) {
-    const Vec3& t = g.node_tangent[other];
-    const double slip = (g.v[p] - g.v[other]).dot(t) * at.dt;
-    slide(spring, {.along_a = slip, .along_b = slip, .cosine = 1}, m.friction * kn, m.friction * fn, sums.slip_loss);
+    Slip slip;
+    slip.along_a = slip.along_b = (g.v[p] - g.v[other]).dot(t) * at.dt;
+    slip.cosine = 1;
+    slide(spring, slip, m.friction * kn, m.friction * fn, sums.slip_loss);
     on_node += spring.along * t;
     on_other -= spring.along * t;
   }
-  const Vec3& touched = g.bar_tangent[s];
   const double normal_stiffness = kn * (1 + overlap / law.reach);
-  const ContactStiffness felt = stiffness_along(to_p / std::max(distance, 1e-3 * law.reach), normal_stiffness, m.friction * kn, false);
-  at.force[p] += on_node;
-  felt.add_to(at.stiffness[p], 1, touched);
-  const ContactStiffness felt_there = stiffness_along(to_q / std::max(to_q.norm(), 1e-3 * law.reach), normal_stiffness, m.friction * kn, false);
-  const bool at_first = other == s;
-  reaction = {at_first ? on_other : Vec3::Zero(), at_first ? Vec3::Zero() : on_other, felt_there, at_first ? 0.0F : 1.0F, s, true};
+  const auto felt = [&](const Vec3& to) {
+    return stiffness_along(to / std::max(to.norm(), 1e-3 * law.reach), normal_stiffness, m.friction * kn, false);
+  };
+  at.force[p].add_to_node(on_node);
+  felt(to_p).add_to(at.stiffness[p], 1, t);
+  reaction = {{}, felt(to_q), 0, other, true};
+  reaction.force.add_to_node(on_other);
   if (at.with_energy) sums.energy += weight * law.line_energy(overlap);
 }
 
@@ -399,25 +419,26 @@ void fetch(const T& object) {
   __builtin_prefetch(bytes + sizeof(T) - 1);
 }
 
-void add_reaction(const Reaction& r, const Vec3& tangent, std::span<Vec3> force, std::span<DirectionalStiffness> stiffness) {
-  force[r.segment] += r.on_first;
-  force[r.segment + 1] += r.on_second;
-  r.stiffness.add_to(stiffness[r.segment], 1 - r.fraction, tangent);
-  r.stiffness.add_to(stiffness[r.segment + 1], r.fraction, tangent);
-}
-
 }  // namespace
 
 void let_sleep(const FiberGeometry& g, double gap, LineContact& c) {
-  c.asleep_until = g.travel[c.node] + g.travel[c.segment] + gap;
+  c.asleep_until = g.travel[c.node] + g.travel[c.span] + gap;
 }
 
-std::int64_t bars_apart(const Model& m, const LineContact& a, const LineContact& b) {
-  const std::uint32_t f = m.fiber_of[a.segment];
+std::int64_t spans_apart(const Model& m, const LineContact& a, const LineContact& b) {
+  const std::uint32_t f = m.fiber_of[a.span];
   constexpr auto none = std::numeric_limits<std::int64_t>::max();
-  if (a.node != b.node || a.fraction != b.fraction || f != m.fiber_of[b.segment]) return none;
+  if (a.node != b.node || a.at != b.at || f != m.fiber_of[b.span]) return none;
   if (!m.periodic[f] && a.image != b.image) return none;
-  return std::abs(static_cast<std::int64_t>(a.segment) - b.segment + static_cast<std::int64_t>(a.image - b.image) * m.own_nodes(f));
+  return std::abs(static_cast<std::int64_t>(a.span) - b.span + static_cast<std::int64_t>(a.image - b.image) * m.own_nodes(f));
+}
+
+double share_of_points(const Model& m, std::uint32_t a, std::uint32_t b) {
+  if (m.role[b] == Role::reed) return 1;
+  if (a == b || m.node_contact) return 0.5;
+  const auto name = [&](std::uint32_t f) { return std::pair(m.yarn[f], m.place[f]); };
+  const bool even = (m.yarn[a] + m.place[a] + m.yarn[b] + m.place[b]) % 2 == 0;
+  return (name(a) == name(b) ? a < b : name(a) < name(b)) == even ? 1 : 0;
 }
 
 bool meets_at_nodes(const Model& m, std::uint32_t fiber_a, std::uint32_t fiber_b) {
@@ -430,35 +451,42 @@ double touch_reach(const Model& m, std::uint32_t fiber, std::uint32_t other) {
 }
 
 Vec3 contact_point(const FiberGeometry& g, const LineContact& c) {
-  if (c.fraction == 0) return g.x[c.node];
-  return g.x[c.node] + double{c.fraction} * (g.x[c.node + 1] - g.x[c.node]);
+  return g.span[c.node].point(c.at);
 }
 
-bool within_own_bend(const Model& m, std::uint32_t fiber, std::uint32_t node, std::uint32_t segment, std::int32_t image) {
+bool within_own_bend(const Model& m, std::uint32_t fiber, std::uint32_t node, std::uint32_t span, std::int32_t image) {
   if (!m.periodic[fiber] && image != 0) return false;
-  const std::int64_t bars = static_cast<std::int64_t>(segment) - node + static_cast<std::int64_t>(image) * m.own_nodes(fiber);
-  const double arc = static_cast<double>(std::abs(bars) - 1) * m.rest_length[m.first[fiber]];
+  const std::int64_t spans = static_cast<std::int64_t>(span) - node + static_cast<std::int64_t>(image) * m.own_nodes(fiber);
+  const double arc = static_cast<double>(std::abs(spans) - 1) * m.rest_length[m.first[fiber]];
   return arc < 2 * std::numbers::pi * m.type_of(fiber).radius;
 }
 
-PolylinePoint walk_to_point(const Model& m, const FiberGeometry& g, const Vec3& point, std::uint32_t& segment, std::int32_t& image) {
-  OnBar here = nearest_on_bar(g, point, segment, image * m.period_y);
-  for (int i = 0; i < walk_limit; ++i) {
-    const double along = here.raw * g.bar_length[segment];
-    if (nearest_on_this_bar(g, segment, along, along, here.distance2)) break;
-    const Step to = here.raw < 0.5 ? previous_bar(m, segment) : next_bar(m, segment);
-    if (!to.exists) break;
-    const OnBar there = nearest_on_bar(g, point, to.segment, (image + to.wrap) * m.period_y);
-    if (there.distance2 >= nearer * here.distance2) break;
-    here = there;
-    segment = to.segment;
-    image += to.wrap;
+AxisPoint walk_to_point(const Model& m, const FiberGeometry& g, const Vec3& point, std::uint32_t& span, std::int32_t& image) {
+  int way = 0;
+  for (int i = 0;; ++i) {
+    const Span& s = g.span[span];
+    Vec3 from_middle = point - s.middle;
+    from_middle.y() -= image * m.period_y;
+    double u = nearest_on_span(s, from_middle);
+    if (u < s.low || u > s.high) {
+      const int to = u < s.low ? -1 : 1;
+      const Step step = to < 0 ? previous_span(m, span) : next_span(m, span);
+      // Beyond the axis's center of curvature both spans may send to the other.
+      if (step.exists && to != -way && i < walk_limit) {
+        way = to;
+        span = step.span;
+        image += step.wrap;
+        continue;
+      }
+      u = std::clamp(u, s.low, s.high);
+    }
+    const Vec3 r = from_middle - u * s.slope - (0.5 * u * u) * s.curve;
+    return {u, r, r.squaredNorm()};
   }
-  return {here.fraction, here.separation, here.distance2};
 }
 
 ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry, std::uint32_t fiber, double dt, bool with_energy,
-                              ContactList& contacts, std::span<Vec3> force, std::span<DirectionalStiffness> stiffness) {
+                              ContactList& contacts, std::span<SpanForce> force, std::span<DirectionalStiffness> stiffness) {
   ContactSums sums;
   const Target at{model, geometry, fiber, dt, with_energy, force, stiffness, sample_offsets()};
   std::array<Reaction, 2> reaction;
@@ -468,7 +496,7 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
     for (std::uint32_t i = active->of[fiber]; i < active->of[fiber + 1]; ++i) {
       LineContact& contact = active->line[i];
       active->reacts[i] = 0;
-      if (geometry.reach_ahead[contact.node] + geometry.reach_ahead[contact.segment] < contact.asleep_until) continue;
+      if (geometry.reach_ahead[contact.node] + geometry.reach_ahead[contact.span] < contact.asleep_until) continue;
       if (model.node_contact && active == &contacts.active) {
         node_contact(at, contact, active->spring[i], reaction[0], sums);
       } else {
@@ -487,8 +515,8 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
   return sums;
 }
 
-void gather_reactions(const Model& model, const FiberGeometry& geometry, const ContactList& contacts, std::uint32_t fiber, std::span<Vec3> force,
-                      std::span<DirectionalStiffness> stiffness) {
+void gather_reactions(const Model& model, const FiberGeometry& geometry, const ContactList& contacts, std::uint32_t fiber,
+                      std::span<SpanForce> force, std::span<DirectionalStiffness> stiffness) {
   const ActiveContacts& active = model.role[fiber] == Role::reed ? contacts.on_reed : contacts.active;
   const std::uint32_t end = active.target_of[fiber + 1];
   for (std::uint32_t i = active.target_of[fiber]; i < end; ++i) {
@@ -498,8 +526,13 @@ void gather_reactions(const Model& model, const FiberGeometry& geometry, const C
     const std::uint32_t at = active.target[i];
     if (active.reacts[at] == 0) continue;
     for (std::uint32_t k = active.slot[at]; k < active.slot[at] + active.reacts[at]; ++k) {
-      const Reaction& reaction = active.reaction[k];
-      add_reaction(reaction, geometry.bar_tangent[reaction.segment], force, stiffness);
+      const Reaction& r = active.reaction[k];
+      force[r.span] += r.force;
+      if (model.node_contact && model.role[fiber] != Role::reed) {
+        r.stiffness.add_to(stiffness[r.span], 1, geometry.span[r.span].slope.normalized());
+      } else {
+        add_stiffness(model, geometry, fiber, r.span, r.at, r.stiffness, geometry.span[r.span].tangent(r.at).normalized(), stiffness);
+      }
     }
   }
 }

@@ -17,7 +17,8 @@ constexpr double first_step = 1e-12;  ///< [s]
 /// Nodes whose travel is counted together. A bar at hand that follows its closest point stays within a block or goes to the next.
 constexpr std::uint32_t block_nodes = 16;
 constexpr double step_growth = 1.05;
-constexpr double ways_ahead = 2;  ///< last steps' ways that the next one is trusted not to exceed, where contacts that may be touched are looked for
+constexpr double ways_ahead =
+    2;  ///< last steps' ways that the next one is trusted not to exceed, where contacts that may be touched are looked for
 constexpr int calm_steps_to_grow = 50;
 constexpr double node_cost = 2;  ///< of a node's bar and motion, in units of a contact at hand, most of which sleep
 
@@ -52,10 +53,12 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   options_.outer_skin = std::max(options_.outer_skin, 2 * options_.skin);
   const std::size_t n = model_.nodes();
   bar_tangent_.assign(n, Vec3::Zero());
-  node_tangent_.assign(n, Vec3::UnitX());
+  span_.assign(n, {});
+  rate_.assign(n, {});
+  span_force_.assign(n, {});
   force_.assign(n, Vec3::Zero());
   velocity_change_.assign(n, Vec3::Zero());
-  for (auto* a : {&bar_length_, &bar_inverse_, &bend2_, &bar_rate_, &bar_energy_, &block_speed2_, &block_way_, &reach_ahead_, &tension_, &diagonal_, &upper_,
+  for (auto* a : {&bar_length_, &bar_rate_, &bar_energy_, &block_speed2_, &block_way_, &reach_ahead_, &tension_, &diagonal_, &upper_,
                   &multiplier_, &corner_}) {
     a->assign(n, 0);
   }
@@ -63,7 +66,8 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   slack_.assign(n, 0);
   per_fiber_.resize(model_.fibers());
   for (std::uint32_t f = 0; f < model_.fibers(); ++f) refresh_geometry(f);
-  // The first step is too short to move anything: it only shows how stiff the contacts are, and how stiff those that the next step may reach.
+  // The first step is too short to move anything: it only shows how stiff the contacts are, and how stiff those that the next step may
+  // reach.
   if (state_.dt <= 0) state_.dt = options_.time_step > 0 ? options_.time_step : first_step;
   const bool fresh = state_.x_pick.size() != n;
   if (state_.travel.size() != n) state_.travel.assign(n, 0);
@@ -88,10 +92,12 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   }
 }
 
-std::pair<Model, State> Engine::release() && { return {std::move(model_), std::move(state_)}; }
+std::pair<Model, State> Engine::release() && {
+  return {std::move(model_), std::move(state_)};
+}
 
 FiberGeometry Engine::geometry() const {
-  return {state_.x, state_.v, bar_tangent_, bar_length_, bar_inverse_, node_tangent_, bend2_, state_.travel, reach_ahead_};
+  return {state_.x, state_.v, span_, rate_, state_.travel, reach_ahead_};
 }
 
 void Engine::refresh_geometry(std::uint32_t f) {
@@ -104,33 +110,40 @@ void Engine::refresh_geometry(std::uint32_t f) {
   for (std::uint32_t s = begin; s < last; ++s) {
     const Vec3 r = x[s + 1] - x[s];
     bar_length_[s] = r.norm();
-    bar_inverse_[s] = 1 / bar_length_[s];
-    bar_tangent_[s] = bar_inverse_[s] * r;
+    bar_tangent_[s] = (1 / bar_length_[s]) * r;
   }
-  const auto bend2 = [&](std::uint32_t before, std::uint32_t after) {
-    const double cosine = bar_tangent_[before].dot(bar_tangent_[after]);
-    return (1 - cosine) / std::max(1 + cosine, 1e-12);
+  const Vec3 period(0, model_.period_y, 0);
+  const auto fill = [&](const std::vector<Vec3>& y, const Vec3& shift, std::vector<Span>& span) {
+    for (std::uint32_t p = begin + 1; p < last; ++p) span[p] = span_between(y[p - 1], y[p], y[p + 1]);
+    if (model_.periodic[f]) {
+      span[begin] = span_between(y[last - 1] - shift, y[begin], y[begin + 1]);
+    } else {
+      span[begin] = first_span(y[begin], y[begin + 1]);
+      span[last] = last_span(y[last - 1], y[last]);
+    }
   };
-  for (std::uint32_t p = begin + 1; p < last; ++p) bend2_[p] = bend2(p - 1, p);
-  if (model_.periodic[f]) bend2_[begin] = bend2_[last] = bend2(last - 1, begin);
-  if (model_.node_contact) refresh_node_tangents(f);
+  fill(x, period, span_);
+  fill(state_.v, Vec3::Zero(), rate_);
 }
 
-/// Tangents at the nodes, which only a search and the node-to-node law ask for.
-void Engine::refresh_node_tangents(std::uint32_t f) {
+/// Shares the contacts' forces on a fiber's spans out to its nodes: the adjoint of span_between, first_span and last_span.
+void Engine::share_out_span_forces(std::uint32_t f) {
   const std::uint32_t begin = model_.first[f], last = model_.last(f);
-  const auto& x = state_.x;
-  const auto set = [&](std::uint32_t p, const Vec3& chord) {
-    node_tangent_[p] = (1 / chord.norm()) * chord;
+  const auto inner = [&](const SpanForce& s, std::uint32_t before, std::uint32_t here, std::uint32_t after) {
+    const Vec3 even = 0.125 * s.on_middle + s.on_curve, odd = 0.5 * s.on_slope;
+    force_[before] += even - odd;
+    force_[here] += 0.75 * s.on_middle - 2 * s.on_curve;
+    force_[after] += even + odd;
   };
-  for (std::uint32_t p = begin + 1; p < last; ++p) set(p, x[p + 1] - x[p - 1]);
   if (model_.periodic[f]) {
-    set(begin, x[begin + 1] - x[last - 1] + Vec3(0, model_.period_y, 0));
-    node_tangent_[last] = node_tangent_[begin];
-  } else if (last > begin) {
-    set(begin, x[begin + 1] - x[begin]);
-    set(last, x[last] - x[last - 1]);
+    inner(span_force_[begin], last - 1, begin, begin + 1);
+  } else {
+    force_[begin] += span_force_[begin].on_middle - span_force_[begin].on_slope;
+    force_[begin + 1] += span_force_[begin].on_slope;
+    force_[last] += span_force_[last].on_middle + span_force_[last].on_slope;
+    force_[last - 1] -= span_force_[last].on_slope;
   }
+  for (std::uint32_t p = begin + 1; p < last; ++p) inner(span_force_[p], p - 1, p, p + 1);
 }
 
 /// Picks the contacts that are evaluated, after a search where the list may run out before the next time.
@@ -149,8 +162,8 @@ void Engine::pick() {
   };
   moved_max_ = moved_max();
   if (moved_max_ > moved_limit) {
-    for (std::uint32_t f = 0; f < model_.fibers(); ++f) refresh_node_tangents(f);
-    neighbor_search_.build(model_, g, options_.outer_skin, options_.active_x_max, search_ahead * moved_limit, state_.moved, state_.contacts);
+    neighbor_search_.build(model_, g, options_.outer_skin, options_.active_x_max, search_ahead * moved_limit, state_.moved,
+                           state_.contacts);
     ++state_.searches;
     moved_max_ = moved_max();
   }
@@ -173,15 +186,13 @@ void Engine::pick_reed() {
   times_.search += seconds_since(start);
 }
 
-/// Gives each thread fibers of its own: of reed, warps and wefts a share each, neighbors together, by nodes and contacts. So the data of a fiber
-/// stay in the cache of one core from step to step. Which thread does what does not change any result.
+/// Gives each thread fibers of its own: of reed, warps and wefts a share each, neighbors together, by nodes and contacts. So the data of a
+/// fiber stay in the cache of one core from step to step. Which thread does what does not change any result.
 void Engine::share_out() {
   const auto threads = static_cast<std::size_t>(omp_get_max_threads());
   std::vector<std::vector<std::uint32_t>> of_thread(threads);
   const auto& contacts = state_.contacts;
-  const auto cost = [&](std::uint32_t f) {
-    return node_cost * model_.own_nodes(f) + (contacts.active.of[f + 1] - contacts.active.of[f]);
-  };
+  const auto cost = [&](std::uint32_t f) { return node_cost * model_.own_nodes(f) + (contacts.active.of[f + 1] - contacts.active.of[f]); };
   for (const Role role : {Role::reed, Role::warp, Role::weft}) {
     double all = 0, before = 0;
     for (std::uint32_t f = 0; f < model_.fibers(); ++f) all += model_.role[f] == role ? cost(f) : 0;
@@ -343,7 +354,8 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
   const std::uint32_t begin = model_.first[f], last = model_.last(f), end = begin + model_.own_nodes(f);
   const bool closed = model_.periodic[f];
   const double dt = state_.dt, kick = kick_time();
-  gather_reactions(model_, geometry(), state_.contacts, f, force_, stiffness_);
+  gather_reactions(model_, geometry(), state_.contacts, f, span_force_, stiffness_);
+  share_out_span_forces(f);
 
   if (model_.role[f] == Role::reed) {
     for (std::uint32_t p = begin; p < end; ++p) {
@@ -455,8 +467,8 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
   }
 }
 
-/// Tensions of one fiber's bars, taken at the step's end: tau = k (l' - l0) with the predicted length l' = l + dt t.u + dt^2 |u_n|^2/(2 l), u
-/// the difference of the end velocities and u_n its part normal to the bar, without which a turning bar would grow (SHAKE: Ryckaert et
+/// Tensions of one fiber's bars, taken at the step's end: tau = k (l' - l0) with the predicted length l' = l + dt t.u + dt^2 |u_n|^2/(2 l),
+/// u the difference of the end velocities and u_n its part normal to the bar, without which a turning bar would grow (SHAKE: Ryckaert et
 /// al. 1977, with the bar's compliance; normal part from the velocities before the bars' pull). One unknown a bar, h the time of the kick:
 /// (1/(dt h k) + J M^-1 J^T) lambda = J v + (l - l0)/dt + dt |u_n|^2/(2 l), lambda = h tau. Adds to the nodes' change of velocity.
 void Engine::pull_bars(std::uint32_t f) {
@@ -537,15 +549,16 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
   state_.late_searches += list_is_late_;
   const auto start = std::chrono::steady_clock::now();
   std::chrono::steady_clock::time_point middle;
-#pragma omp parallel num_threads(static_cast<int>(share_of_.size()) - 1)
+#pragma omp parallel num_threads(static_cast <int>(share_of_.size()) - 1)
   {
     each_of_mine([&](std::uint32_t f) {
       for (std::uint32_t p = model_.first[f]; p < model_.first[f + 1]; ++p) {
         force_[p].setZero();
+        span_force_[p] = {};
         stiffness_[p] = {};
       }
       per_fiber_[f].flows = {};
-      per_fiber_[f].contact = evaluate_contacts(model_, g, f, state_.dt_before, with_energy, state_.contacts, force_, stiffness_);
+      per_fiber_[f].contact = evaluate_contacts(model_, g, f, state_.dt_before, with_energy, state_.contacts, span_force_, stiffness_);
     });
 #pragma omp barrier
 #pragma omp master
@@ -606,7 +619,8 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
     pick_reed();
     reed_moved2 = 0;
   }
-  list_is_late_ = std::sqrt(std::max(moved_pick2, reed_moved2)) > 0.5 * options_.skin || 2 * moved_max_ + options_.skin > options_.outer_skin;
+  list_is_late_ =
+      std::sqrt(std::max(moved_pick2, reed_moved2)) > 0.5 * options_.skin || 2 * moved_max_ + options_.skin > options_.outer_skin;
   return report;
 }
 
@@ -654,7 +668,7 @@ std::string Engine::describe_failure(StepStatus status) const {
       return fmt::format(
           "step {}, time {:.6g} s: {} is being pushed through {} at x = {:.4g} mm, y = {:.4g} mm, z = {:.4g} mm (overlap {:.2f} of the "
           "distance at touch, limit {:.2f})",
-          state_.step, state_.time, yarn_name(f), yarn_name(model_.fiber_of[sums.contact.segment_max]), 1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z(),
+          state_.step, state_.time, yarn_name(f), yarn_name(model_.fiber_of[sums.contact.span_max]), 1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z(),
           sums.contact.overlap_max, options_.overlap_limit);
     }
   }

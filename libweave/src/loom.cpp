@@ -14,11 +14,13 @@ namespace weave {
 namespace {
 
 constexpr double no_limit = 1e300;
-constexpr double start_gap = 0.06;        ///< between fibers at the start [fiber diameters]
-constexpr double guide_per_string = 50;   ///< guide stiffness in units of the string stiffness T/l
-constexpr double rigid_factor = 1e3;      ///< transverse modulus of the reed's steel over the fibers'
+constexpr double start_gap = 0.06;       ///< between fibers at the start [fiber diameters]
+constexpr double guide_per_string = 50;  ///< guide stiffness in units of the string stiffness T/l
+constexpr double rigid_factor = 1e3;     ///< transverse modulus of the reed's steel over the fibers'
 
-double element_length(const Case& c, const FiberType& type) { return c.numerics.element_length * 2 * type.radius; }
+double element_length(const Case& c, const FiberType& type) {
+  return c.numerics.element_length * 2 * type.radius;
+}
 
 int rings_of(int fibers) {
   int k = 0;
@@ -107,24 +109,21 @@ void put_together(const Rebuild& r, Model& m, State& s) {
     }
     if (r.fibers[f].periodic) v.push_back(v[next.first[f]]);
   }
-  // Contacts whose nodes all stay keep their friction; a bar is known by its first node.
+  // Contacts whose nodes all stay keep their friction; a span is known by its node.
   ContactList contacts;
   std::vector<std::uint32_t> old_fiber(next.fibers(), none);
   for (std::uint32_t f = 0; f < m.fibers(); ++f) {
     if (new_fiber[f] != none) old_fiber[new_fiber[f]] = f;
   }
-  const auto bar_stays = [&](std::uint32_t segment) {
-    return new_node[segment] != none && next.rest_length[new_node[segment]] > 0;
-  };
   const auto carry_over = [&](const ActiveContacts& old, ActiveContacts& held) {
     held.of.assign(next.fibers() + 1, 0);
     for (std::uint32_t f = 0; f < next.fibers(); ++f) {
       if (const std::uint32_t o = old_fiber[f]; o != none && !old.of.empty()) {
         for (std::uint32_t i = old.of[o]; i < old.of[o + 1]; ++i) {
           LineContact c = old.line[i];
-          if (old.spring[i].stiffness <= 0 || new_node[c.node] == none || !bar_stays(c.segment)) continue;
+          if (old.spring[i].stiffness <= 0 || new_node[c.node] == none || new_node[c.span] == none) continue;
           c.node = new_node[c.node];
-          c.segment = new_node[c.segment];
+          c.span = new_node[c.span];
           c.asleep_until = 0;
           held.line.push_back(c);
           held.spring.push_back(old.spring[i]);
@@ -238,12 +237,15 @@ LoomLayout lay_out(const Case& c) {
     }
   }
   layout.start_length = std::max(c.take_up.length, 3 * weft_height);
-  // What one pick can draw: the take-up with its crimp, and a warp that crosses the cloth, which is at most half as thick as the shed is high.
+  // What one pick can draw: the take-up with its crimp, and a warp that crosses the cloth, which is at most half as thick as the shed is
+  // high.
   layout.stored_length = 1.5 * c.take_up.length + 0.5 * c.loom.height + 2 * c.numerics.element_length * layout.fiber_diameter;
   return layout;
 }
 
-double heddle_z(const Case& c, const WarpPlace& warp, int entry) { return warp.stack_z + 0.5 * entry * c.loom.height; }
+double heddle_z(const Case& c, const WarpPlace& warp, int entry) {
+  return warp.stack_z + 0.5 * entry * c.loom.height;
+}
 
 std::pair<Model, State> set_up_loom(const Case& c, const LoomLayout& layout) {
   Model m;
@@ -264,8 +266,8 @@ std::pair<Model, State> set_up_loom(const Case& c, const LoomLayout& layout) {
     transverse = std::max(transverse, y.transverse_modulus);
   }
   const double bar_radius = c.loom.reed_bar_radius;
-  const std::uint16_t reed_type =
-      add_type(m, {bar_radius, std::numbers::pi * bar_radius * bar_radius, rigid_factor * transverse, 1, rigid_factor * transverse, 7800, 0});
+  const std::uint16_t reed_type = add_type(
+      m, {bar_radius, std::numbers::pi * bar_radius * bar_radius, rigid_factor * transverse, 1, rigid_factor * transverse, 7800, 0});
   finish_types(m);
 
   if (c.beat_up.enabled) {
@@ -349,9 +351,13 @@ double reed_position(const Case& c, const PickTimes& times, double t) {
   return c.loom.reed_bar_radius + c.beat_up.travel * (1 - forward + back);
 }
 
-double shed_progress(const Case& c, const PickTimes& times, double t) { return share_of_stroke(t - times.shedding, c.shedding.time); }
+double shed_progress(const Case& c, const PickTimes& times, double t) {
+  return share_of_stroke(t - times.shedding, c.shedding.time);
+}
 
-double take_up_progress(const Case& c, const PickTimes& times, double t) { return share_of_stroke(t - times.take_up, c.take_up.time); }
+double take_up_progress(const Case& c, const PickTimes& times, double t) {
+  return share_of_stroke(t - times.take_up, c.take_up.time);
+}
 
 void insert_weft(const Case& c, const LoomLayout& layout, int pick, Model& m, State& s) {
   const int row = pick % c.picks_per_cell();
@@ -378,10 +384,10 @@ void insert_weft(const Case& c, const LoomLayout& layout, int pick, Model& m, St
   if (roof == 1e300) roof = floor + 2 * height;
   if (floor == -1e300) floor = roof - 2 * height;
   if (roof - floor < height) {
-    throw std::runtime_error(
-        fmt::format("pick {}: the shed is {:.4g} mm high at the weft's place, {:.4g} mm from the fell, but the weft yarn '{}' is {:.4g} mm high; "
-                    "raise loom.height or insertion.distance, or lengthen settle.time",
-                    pick + 1, 1e3 * (roof - floor), 1e3 * x, yarn_name, 1e3 * height));
+    throw std::runtime_error(fmt::format(
+        "pick {}: the shed is {:.4g} mm high at the weft's place, {:.4g} mm from the fell, but the weft yarn '{}' is {:.4g} mm high; "
+        "raise loom.height or insertion.distance, or lengthen settle.time",
+        pick + 1, 1e3 * (roof - floor), 1e3 * x, yarn_name, 1e3 * height));
   }
   const double z = 0.5 * (roof + floor);
   const auto elements = std::max(6, static_cast<int>(std::lround(m.period_y / element_length(c, type))));
@@ -538,7 +544,9 @@ void add_node(const Vec3& x, double tension, double arc, Snapshot& snap) {
   snap.arc.push_back(arc);
 }
 
-void end_fiber(Snapshot& snap) { snap.offset.push_back(static_cast<std::int64_t>(snap.x.size())); }
+void end_fiber(Snapshot& snap) {
+  snap.offset.push_back(static_cast<std::int64_t>(snap.x.size()));
+}
 
 void add_whole_fiber(const Model& m, const Engine& engine, std::uint32_t f, Snapshot& snap) {
   begin_fiber(m, f, snap);

@@ -9,35 +9,38 @@ namespace {
 
 /// Cell size over the distance that is searched: smaller cells follow the searched ball more closely.
 constexpr double cell_share = 0.35;
-/// A contact found anew goes on with the friction of an old one of the same point and fiber if their touched bars are not farther apart.
+/// A contact found anew goes on with the friction of an old one of the same point and fiber if their touched spans are not farther apart.
 constexpr std::int64_t old_place_limit = 2;
 
 struct Candidate {
   std::uint32_t fiber;
   std::int32_t image_key;  ///< image of an open fiber; 0 for a closed one, whose images are one chain
-  std::int64_t chain;      ///< number of the bar along the chain
-  std::uint32_t segment;
+  std::int64_t chain;      ///< number of the span along the chain
+  std::uint32_t span;
   std::int32_t image;
 };
 
-std::uint32_t node_of(const NeighborSearch::Found& f) { return f.line.node; }
+std::uint32_t node_of(const NeighborSearch::Found& f) {
+  return f.line.node;
+}
 
-double distance2_to_bar(const FiberGeometry& g, const Vec3& point, std::uint32_t s) {
-  Vec3 r = point - g.x[s];
-  const double along = std::clamp(r.dot(g.bar_tangent[s]), 0.0, g.bar_length[s]);
-  r -= along * g.bar_tangent[s];
-  return r.squaredNorm();
+/// Lower bound of the distance of a point from a span, by its chord [m].
+double distance_to_span(const Span& s, const Vec3& point) {
+  const Vec3 start = s.point(s.low), chord = s.point(s.high) - start;
+  Vec3 r = point - start;
+  r -= std::clamp(r.dot(chord) / chord.squaredNorm(), 0.0, 1.0) * chord;
+  return std::max(r.norm() - s.sag(), 0.0);
 }
 
 }  // namespace
 
-void NeighborSearch::bin_segments(const Model& m, const FiberGeometry& g, double reach, double active_x_max) {
+void NeighborSearch::bin_spans(const Model& m, const FiberGeometry& g, double reach, double active_x_max) {
   Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
   std::vector<std::uint32_t> active;
   for (std::uint32_t s = 0; s < m.nodes(); ++s) {
-    if (m.rest_length[s] <= 0 || m.role[m.fiber_of[s]] == Role::reed || g.x[s].x() > active_x_max) continue;
+    if (m.tributary[s] <= 0 || m.role[m.fiber_of[s]] == Role::reed || g.x[s].x() > active_x_max) continue;
     active.push_back(s);
-    const Vec3 middle = 0.5 * (g.x[s] + g.x[s + 1]);
+    const Vec3& middle = g.span[s].middle;
     low = low.cwiseMin(middle);
     high = high.cwiseMax(middle);
   }
@@ -66,7 +69,7 @@ void NeighborSearch::bin_segments(const Model& m, const FiberGeometry& g, double
   std::vector<std::int32_t> wrap(active.size(), 0);
   bins_.start.assign(static_cast<std::size_t>(bins_.nx) * bins_.ny * bins_.nz + 1, 0);
   for (std::size_t i = 0; i < active.size(); ++i) {
-    Vec3 middle = 0.5 * (g.x[active[i]] + g.x[active[i] + 1]);
+    Vec3 middle = g.span[active[i]].middle;
     if (periodic) {
       wrap[i] = static_cast<std::int32_t>(std::floor(middle.y() / m.period_y));
       middle.y() -= wrap[i] * m.period_y;
@@ -78,15 +81,17 @@ void NeighborSearch::bin_segments(const Model& m, const FiberGeometry& g, double
     ++bins_.start[cell[i] + 1];
   }
   for (std::size_t c = 1; c < bins_.start.size(); ++c) bins_.start[c] += bins_.start[c - 1];
-  bins_.segment.resize(active.size());
+  bins_.span.resize(active.size());
   bins_.wrap.resize(active.size());
   bins_.middle.resize(active.size());
+  bins_.tangent.resize(active.size());
   std::vector<std::uint32_t> at(bins_.start.begin(), bins_.start.end() - 1);
   for (std::size_t i = 0; i < active.size(); ++i) {
     const std::uint32_t slot = at[cell[i]]++;
-    bins_.segment[slot] = active[i];
+    bins_.span[slot] = active[i];
     bins_.wrap[slot] = wrap[i];
-    bins_.middle[slot] = 0.5 * (g.x[active[i]] + g.x[active[i] + 1]);
+    bins_.middle[slot] = g.span[active[i]].middle;
+    bins_.tangent[slot] = g.span[active[i]].slope.normalized();
     bins_.middle[slot].y() -= wrap[i] * m.period_y;
   }
 }
@@ -113,64 +118,54 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
     }
   }
   std::vector<std::uint8_t> taken(held.size(), 0);
-  const auto add_line = [&](LineContact contact, double distance2) {
-    if (!m.node_contact) let_sleep(g, std::sqrt(distance2) - touch_reach(m, fiber, m.fiber_of[contact.segment]), contact);
+  const auto add_line = [&](LineContact contact, double distance) {
+    if (!m.node_contact) let_sleep(g, distance - touch_reach(m, fiber, m.fiber_of[contact.span]), contact);
     auto same = held.end();
     std::int64_t apart = old_place_limit + 1;
     for (auto o = std::ranges::lower_bound(held, contact.node, {}, node_of); o != held.end() && o->line.node == contact.node; ++o) {
       if (taken[static_cast<std::size_t>(o - held.begin())]) continue;
-      const std::int64_t bars = bars_apart(m, o->line, contact);
-      if (bars >= apart) continue;
-      apart = bars;
+      const std::int64_t spans = spans_apart(m, o->line, contact);
+      if (spans >= apart) continue;
+      apart = spans;
       same = o;
     }
     if (same == held.end()) {
       found.push_back({contact, {}});
     } else {
-      found.push_back(*same);  // with the bar it had followed
+      found.push_back(*same);  // with the span it had followed
       taken[static_cast<std::size_t>(same - held.begin())] = 1;
     }
   };
-  // A bent fiber may be near a point at several places, which become contacts of their own: bars nearer than the one before and after.
-  std::vector<double> bar_distance2;
+  // A bent fiber may be near a point at several places, which become contacts of their own: spans nearer than the one before and after.
+  std::vector<double> distance;
   const auto each_place = [&](const Vec3& point, std::span<const Candidate> run, double reach, auto&& add) {
-    bar_distance2.clear();
-    for (const Candidate& c : run) bar_distance2.push_back(distance2_to_bar(g, point - Vec3(0, c.image * m.period_y, 0), c.segment));
+    distance.clear();
+    for (const Candidate& c : run) distance.push_back(distance_to_span(g.span[c.span], point - Vec3(0, c.image * m.period_y, 0)));
     for (std::size_t i = 0; i < run.size(); ++i) {
-      const double here = bar_distance2[i];
-      if (here >= reach * reach || (i > 0 && here >= bar_distance2[i - 1]) || (i + 1 < run.size() && here > bar_distance2[i + 1])) continue;
+      const double here = distance[i];
+      if (here >= reach || (i > 0 && here >= distance[i - 1]) || (i + 1 < run.size() && here > distance[i + 1])) continue;
       add(run[i], here);
     }
   };
 
-  // The contacts of a node: of its own and at the points of the halves of the bars that meet in it.
   const auto keep_old = [&](std::uint32_t p) {
-    const auto begin_old = old.line.begin() + old.line_of[fiber], end_old = old.line.begin() + old.line_of[fiber + 1];
-    const auto keep = [&](std::uint32_t bar, bool second_half) {
-      for (auto o = std::ranges::lower_bound(begin_old, end_old, bar, {}, &LineContact::node); o != end_old && o->node == bar; ++o) {
-        if ((o->fraction >= 0.5F) != second_half) continue;
-        const auto number = static_cast<std::uint32_t>(o - old.line.begin());
-        const auto picked_end = old.active.number.begin() + old.active.of[fiber + 1];
-        const auto picked = std::lower_bound(old.active.number.begin() + old.active.of[fiber], picked_end, number);
-        if (picked != picked_end && *picked == number) {
-          const auto i = picked - old.active.number.begin();
-          found.push_back({old.active.line[i], old.active.spring[i]});
-        } else {
-          found.push_back({*o, {}});
-        }
+    const auto end_old = old.line.begin() + old.line_of[fiber + 1];
+    for (auto o = std::ranges::lower_bound(old.line.begin() + old.line_of[fiber], end_old, p, {}, &LineContact::node);
+         o != end_old && o->node == p; ++o) {
+      const auto number = static_cast<std::uint32_t>(o - old.line.begin());
+      const auto picked_end = old.active.number.begin() + old.active.of[fiber + 1];
+      const auto picked = std::lower_bound(old.active.number.begin() + old.active.of[fiber], picked_end, number);
+      if (picked != picked_end && *picked == number) {
+        const auto i = picked - old.active.number.begin();
+        found.push_back({old.active.line[i], old.active.spring[i]});
+      } else {
+        found.push_back({*o, {}});
       }
-    };
-    keep(p, false);
-    if (p > begin) {
-      keep(p - 1, true);
-    } else if (m.periodic[fiber]) {
-      keep(m.last(fiber) - 1, true);
     }
   };
 
-  // Makes contacts of the bars near a node, run by run along the fibers that they belong to.
+  // Makes contacts of the spans near a node's, run by run along the fibers that they belong to.
   const auto add_candidates = [&](std::uint32_t p) {
-    const Vec3& x = g.x[p];
     std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
       if (a.fiber != b.fiber) return a.fiber < b.fiber;
       if (a.image_key != b.image_key) return a.image_key < b.image_key;
@@ -185,41 +180,25 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
       const std::span<const Candidate> run(candidates.data() + i, j - i);
       i = j;
       const double reach = touch_reach(m, fiber, run.front().fiber) + skin;
-      if (meets_at_nodes(m, fiber, run.front().fiber)) {
-        each_place(x, run, reach, [&](const Candidate& c, double d2) {
-          add_line({.node = p, .segment = c.segment, .image = c.image}, d2);
-        });
-        continue;
-      }
-      // The points on the halves of the two bars that meet in p.
-      for (int k = 0; k < points; ++k) {
-        const double eta = (k + 0.5) / points;
+      const bool at_nodes = meets_at_nodes(m, fiber, run.front().fiber);
+      for (int k = 0; k < (at_nodes ? 1 : points); ++k) {
         LineContact contact;
-        contact.fraction = static_cast<float>(eta);
-        Vec3 point;
-        std::int32_t seam = 0;
-        if (eta < 0.5) {
-          if (m.rest_length[p] <= 0) continue;
-          contact.node = p;
-          point = contact_point(g, contact);
-        } else {
-          if (p == begin && !m.periodic[fiber]) continue;
-          contact.node = p > begin ? p - 1 : m.last(fiber) - 1;
-          seam = p > begin ? 0 : 1;
-          point = contact_point(g, contact) - Vec3(0, seam * m.period_y, 0);
-        }
-        each_place(point, run, reach, [&](const Candidate& c, double d2) {
-          contact.segment = c.segment;
-          contact.image = c.image + seam;
-          add_line(contact, d2);
+        contact.node = p;
+        contact.at = at_nodes ? 0 : static_cast<float>((k + 0.5) / points - 0.5);
+        if (contact.at < g.span[p].low || contact.at > g.span[p].high) continue;
+        each_place(contact_point(g, contact), run, reach, [&](const Candidate& c, double distance_there) {
+          contact.span = c.span;
+          contact.image = c.image;
+          add_line(contact, distance_there);
         });
       }
     }
   };
 
   for (std::uint32_t p = begin; p < end; ++p) {
-    const Vec3& x = g.x[p];
-    if (x.x() > active_x_max) continue;
+    const Vec3& x = g.span[p].middle;
+    const Vec3 along_p = g.span[p].slope.normalized();
+    if (g.x[p].x() > active_x_max) continue;
     candidates.clear();
     if (!stale[p]) {
       keep_old(p);
@@ -259,20 +238,20 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
           const Vec3 from_middle = folded - Vec3(0, turns * m.period_y, 0) - bins_.middle[slot];
           const double middle2 = from_middle.squaredNorm();
           if (middle2 > reach_middle * reach_middle) continue;
-          const std::uint32_t s = bins_.segment[slot];
-          const double along = from_middle.dot(g.bar_tangent[s]);
-          const double cosine = g.node_tangent[p].dot(g.bar_tangent[s]);
+          const std::uint32_t s = bins_.span[slot];
+          const double along = from_middle.dot(bins_.tangent[slot]);
+          const double cosine = along_p.dot(bins_.tangent[slot]);
           const double off_line = line_reach + half_bar * std::sqrt(std::max(0.0, 1 - cosine * cosine)) + 0.1 * bar_fiber;
           if (middle2 - along * along > off_line * off_line) continue;
           const std::int32_t image = wrap + turns - bins_.wrap[slot];
           Vec3 point = x;
           point.y() -= image * m.period_y;
-          const double d2 = distance2_to_bar(g, point, s);
-          if (d2 > reach_node * reach_node) continue;
+          if (distance_to_span(g.span[s], point) > reach_node) continue;
           const std::uint32_t other = m.fiber_of[s];
           const bool closed = m.periodic[other];
-          const std::int64_t chain = static_cast<std::int64_t>(s) - m.first[other] + (closed ? static_cast<std::int64_t>(image) * m.own_nodes(other) : 0);
-          if (other == fiber && within_own_bend(m, fiber, p, s, image)) continue;
+          const std::int64_t chain =
+              static_cast<std::int64_t>(s) - m.first[other] + (closed ? static_cast<std::int64_t>(image) * m.own_nodes(other) : 0);
+          if (share_of_points(m, fiber, other) == 0 || (other == fiber && within_own_bend(m, fiber, p, s, image))) continue;
           candidates.push_back({other, closed ? 0 : image, chain, s, image});
         }
       }
@@ -333,7 +312,7 @@ void NeighborSearch::build(const Model& m, const FiberGeometry& g, double skin, 
   const Reach longest = reach_of(m);
   reach_max_ = longest.pair;
   bar_max_ = longest.bar;
-  bin_segments(m, g, cell_share * (reach_max_ + skin + bar_max_), active_x_max);
+  bin_spans(m, g, cell_share * (reach_max_ + skin + bar_max_), active_x_max);
   stale_.resize(m.nodes());
   for (std::uint32_t p = 0; p < m.nodes(); ++p) {
     stale_[p] = moved[p] > moved_limit && g.x[p].x() <= active_x_max;
@@ -379,12 +358,12 @@ void pick_active(const Model& m, const FiberGeometry& g, double skin, ContactLis
   for (std::uint32_t f = 0; f < fibers; ++f) {
     for (std::uint32_t i = contacts.line_of[f]; i < contacts.line_of[f + 1]; ++i) {
       LineContact& c = contacts.line[i];
-      if (g.travel[c.node] + g.travel[c.segment] < c.asleep_until - skin) {
+      if (g.travel[c.node] + g.travel[c.span] < c.asleep_until - skin) {
         keep[i] = false;
         continue;
       }
-      const PolylinePoint q = walk_to_point(m, g, contact_point(g, c), c.segment, c.image);
-      const double gap = std::sqrt(q.distance2) - touch_reach(m, f, m.fiber_of[c.segment]);
+      const AxisPoint q = walk_to_point(m, g, contact_point(g, c), c.span, c.image);
+      const double gap = std::sqrt(q.distance2) - touch_reach(m, f, m.fiber_of[c.span]);
       const bool held = was[i] != none && active.spring[was[i]].stiffness > 0;
       if (!m.node_contact && !held) let_sleep(g, gap, c);
       keep[i] = gap < skin || held;
@@ -417,9 +396,10 @@ void pick_on_reed(const Model& m, const FiberGeometry& g, double skin, double ac
     if (!before.of.empty()) {
       const auto end = before.line.begin() + before.of[f + 1];
       const auto same = [&](const LineContact& c) {
-        return c.node == contact.node && c.fraction == contact.fraction && c.segment == contact.segment && c.image == contact.image;
+        return c.node == contact.node && c.at == contact.at && m.fiber_of[c.span] == m.fiber_of[contact.span] && c.image == contact.image;
       };
-      const auto old = std::find_if(std::ranges::lower_bound(before.line.begin() + before.of[f], end, contact.node, {}, &LineContact::node), end, same);
+      const auto old =
+          std::find_if(std::ranges::lower_bound(before.line.begin() + before.of[f], end, contact.node, {}, &LineContact::node), end, same);
       if (old != end) spring = before.spring[static_cast<std::size_t>(old - before.line.begin())];
     }
     if (gap >= skin && spring.stiffness <= 0) return;
@@ -429,26 +409,30 @@ void pick_on_reed(const Model& m, const FiberGeometry& g, double skin, double ac
     active.spring.push_back(spring);
   };
   for (std::uint32_t f = 0; f < fibers; ++f) {
-    const std::uint32_t end = m.role[f] == Role::reed ? m.first[f] : m.last(f);
+    const std::uint32_t end = m.first[f] + (m.role[f] == Role::reed ? 0 : m.own_nodes(f));
     for (std::uint32_t p = m.first[f]; p < end; ++p) {
-      const auto [low, high] = std::minmax(g.x[p].x(), g.x[p + 1].x());
-      if (low > active_x_max) continue;
+      if (g.x[p].x() > active_x_max) continue;
+      const Span& here = g.span[p];
+      const double half = 0.5 * here.slope.norm() + here.sag();
       for (std::uint32_t bar = 0; bar < fibers && m.role[bar] == Role::reed; ++bar) {
         const std::uint32_t s = m.first[bar];
         const double touch = touch_reach(m, f, bar), reach = touch + skin;
-        if (low > g.x[s].x() + reach || high < g.x[s].x() - reach) continue;
+        if (std::abs(here.middle.x() - g.x[s].x()) > reach + half) continue;
         for (std::uint32_t k = 0; k < m.points[f]; ++k) {
           LineContact contact;
           contact.node = p;
-          contact.segment = s;
-          contact.fraction = static_cast<float>((k + 0.5) / m.points[f]);
+          contact.span = s;
+          contact.at = static_cast<float>((k + 0.5) / m.points[f] - 0.5);
+          if (contact.at < here.low || contact.at > here.high) continue;
           const Vec3 point = contact_point(g, contact), r = point - g.x[s];
           if (std::abs(r.x()) > reach) continue;
           const double from = m.period_y > 0 ? std::ceil((r.y() - reach) / m.period_y) : 0;
           const double to = m.period_y > 0 ? std::floor((r.y() + reach) / m.period_y) : 0;
-          for (contact.image = static_cast<std::int32_t>(from); contact.image <= static_cast<std::int32_t>(to); ++contact.image) {
-            const double distance2 = distance2_to_bar(g, point - Vec3(0, contact.image * m.period_y, 0), s);
-            add(f, contact, std::sqrt(distance2) - touch);
+          for (auto image = static_cast<std::int32_t>(from); image <= static_cast<std::int32_t>(to); ++image) {
+            LineContact c = contact;
+            c.image = image;
+            const AxisPoint q = walk_to_point(m, g, point, c.span, c.image);
+            add(f, c, std::sqrt(q.distance2) - touch);
           }
         }
       }
@@ -463,7 +447,7 @@ void index_targets(const Model& m, ActiveContacts& active) {
   active.reacts.assign(count, 0);
   active.slot.resize(count);
   active.reaction.resize(2 * active.number.size());
-  const auto touched = [&](std::uint32_t i) { return m.fiber_of[active.line[i].segment]; };
+  const auto touched = [&](std::uint32_t i) { return m.fiber_of[active.line[i].span]; };
   active.target_of.assign(m.fibers() + 1, 0);
   for (std::uint32_t i = 0; i < count; ++i) ++active.target_of[touched(i) + 1];
   for (std::size_t f = 0; f < m.fibers(); ++f) active.target_of[f + 1] += active.target_of[f];

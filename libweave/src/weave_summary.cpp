@@ -9,9 +9,12 @@ namespace {
 
 const char* name_of(RunStatus status) {
   switch (status) {
-    case RunStatus::completed: return "completed";
-    case RunStatus::interrupted: return "interrupted";
-    case RunStatus::failed: return "failed";
+    case RunStatus::completed:
+      return "completed";
+    case RunStatus::interrupted:
+      return "interrupted";
+    case RunStatus::failed:
+      return "failed";
   }
   return "";
 }
@@ -41,7 +44,8 @@ std::string summary_json(const Case& c, const WeaveResult& r) {
   j["dt_min_s"] = s.dt_min;
   j["threads"] = s.threads;
   j["wall_s"] = s.wall;
-  j["stage_wall_s"] = {{"search", t.search}, {"contact", t.contact}, {"bars_and_motion", t.integrate}, {"loom", s.wall_loom}, {"output", s.wall_output}};
+  j["stage_wall_s"] = {
+      {"search", t.search}, {"contact", t.contact}, {"bars_and_motion", t.integrate}, {"loom", s.wall_loom}, {"output", s.wall_output}};
   j["ns_per_node_step"] = s.contact_node_steps > 0 ? 1e9 * s.wall / s.contact_node_steps : 0;
   j["ns_per_near_contact"] = s.contact_steps > 0 ? 1e9 * t.contact / s.contact_steps : 0;
   j["peak_memory_bytes"] = peak_memory_bytes();

@@ -17,27 +17,29 @@ namespace weave {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
+double seconds_since(Clock::time_point t) {
+  return std::chrono::duration<double>(Clock::now() - t).count();
+}
 
-constexpr double rows_per_pick = 400;        ///< of the history, by default
+constexpr double rows_per_pick = 400;  ///< of the history, by default
 /// Of the smallest fiber diameter that a fiber may move in a step: so little that the first overlap of fibers that meet at the speed of a
 /// reed is well below the deepest. Of a bar where that is shorter, which may not turn far in a step.
 constexpr double motion_share = 0.015;
 constexpr double start_overlap_limit = 0.05;
-constexpr double progress_interval = 0.5;    ///< wall time [s]
-constexpr double order_check_interval = 0.05;  ///< share of a pick
+constexpr double progress_interval = 0.5;         ///< wall time [s]
+constexpr double order_check_interval = 0.05;     ///< share of a pick
 constexpr double engine_reach_behind_heddle = 2;  ///< bars that may still touch behind the heddle plane
 
 /// The run's own counters; with the engine's state all that a checkpoint needs.
 struct LoomState {
-  std::int64_t pick = 0;         ///< under way, 0-based
-  std::int64_t placed = 0;       ///< its weft is in the shed
+  std::int64_t pick = 0;    ///< under way, 0-based
+  std::int64_t placed = 0;  ///< its weft is in the shed
   std::int64_t cells_cut = 0;
   std::int64_t order_violations = 0;
   std::int64_t history_rows = 0;  ///< in this stage of the pick
   std::int64_t nodes_max = 0, contacts_max = 0;
-  std::int64_t edited = 0;       ///< the next ledger follows an edit of the topology
-  double stage_start = 0;        ///< [s]
+  std::int64_t edited = 0;                                        ///< the next ledger follows an edit of the topology
+  double stage_start = 0;                                         ///< [s]
   double balance_start = 0, edit_energy = 0, balance_before = 0;  ///< of the ledger [J]
   double overlap_max = 0, overlap_row = 0, reed_row = 0, reed_beat = 0, beat_time = 0;
   double work_in = 0;  ///< largest net work put in [J]
@@ -53,10 +55,10 @@ auto counter_places(auto& s) {
   return std::array{&s.pick, &s.placed, &s.cells_cut, &s.order_violations, &s.history_rows, &s.nodes_max, &s.contacts_max, &s.edited};
 }
 auto number_places(auto& s) {
-  return std::array{&s.stage_start, &s.balance_start, &s.edit_energy, &s.balance_before, &s.overlap_max,  &s.overlap_row,
-                    &s.reed_row,    &s.reed_beat,     &s.beat_time,   &s.work_in,        &s.residual_max, &s.dt_min,
-                    &s.node_steps,  &s.contact_steps, &s.tension_sum, &s.tension_count,  &s.wall,         &s.wall_search,
-                    &s.wall_contact, &s.wall_integrate, &s.wall_loom, &s.wall_output};
+  return std::array{&s.stage_start,  &s.balance_start,  &s.edit_energy, &s.balance_before, &s.overlap_max,  &s.overlap_row,
+                    &s.reed_row,     &s.reed_beat,      &s.beat_time,   &s.work_in,        &s.residual_max, &s.dt_min,
+                    &s.node_steps,   &s.contact_steps,  &s.tension_sum, &s.tension_count,  &s.wall,         &s.wall_search,
+                    &s.wall_contact, &s.wall_integrate, &s.wall_loom,   &s.wall_output};
 }
 
 std::vector<std::int64_t> counters_of(const LoomState& s) {
@@ -74,7 +76,7 @@ LoomState loom_state_from(const std::vector<std::int64_t>& counters, const std::
   if (counters.size() != counter_places(s).size() || numbers.size() != number_places(s).size()) {
     throw std::runtime_error("the checkpoint is of another program version");
   }
-  for (std::size_t i = 0; std::int64_t* c : counter_places(s)) *c = counters[i++];
+  for (std::size_t i = 0; std::int64_t * c : counter_places(s)) *c = counters[i++];
   for (std::size_t i = 0; double* n : number_places(s)) *n = numbers[i++];
   return s;
 }
@@ -187,9 +189,7 @@ class WeavingRun {
     return sum / count;
   }
 
-  std::size_t active_contacts() const {
-    return engine_->state().contacts.active.number.size();
-  }
+  std::size_t active_contacts() const { return engine_->state().contacts.active.number.size(); }
 
   int action_at(const PickTimes& times, double t) const {
     if (!loom_.placed) return 0;
@@ -240,8 +240,10 @@ class WeavingRun {
       if (at_row || last) add_row(ledger, action);
       if (report.status != StepStatus::ok) return fail(report.message);
       if (engine_->state().step == 1 && report.overlap_max > start_overlap_limit) {
-        return fail(fmt::format("yarns overlap at the start by {:.2f} of their touching distance (limit {:.2f}): widen the dents or take thinner yarns "
-                                "or reed bars", report.overlap_max, start_overlap_limit));
+        return fail(fmt::format(
+            "yarns overlap at the start by {:.2f} of their touching distance (limit {:.2f}): widen the dents or take thinner yarns "
+            "or reed bars",
+            report.overlap_max, start_overlap_limit));
       }
       if (now() >= next_order_check) {
         next_order_check = now() + order_check_interval * length;
@@ -328,7 +330,8 @@ class WeavingRun {
     const OrderCheck order = check_order(case_, layout_, engine_->model(), engine_->state());
     if (order.violations == 0) return true;
     loom_.order_violations += order.violations;
-    return fail(fmt::format("step {}, time {:.6g} s, pick {}: {}", engine_->state().step, engine_->state().time, loom_.pick + 1, order.first));
+    return fail(
+        fmt::format("step {}, time {:.6g} s, pick {}: {}", engine_->state().step, engine_->state().time, loom_.pick + 1, order.first));
   }
 
   bool fail(const std::string& message) {
@@ -381,7 +384,8 @@ class WeavingRun {
     const int cells_done = static_cast<int>(loom_.pick) / case_.picks_per_cell();
     while (cells_done - loom_.cells_cut > case_.kept_cells) {
       const int first = static_cast<int>(loom_.cells_cut) * case_.picks_per_cell();
-      cut_cloth(cell_end(case_, layout_, model, state, first), static_cast<int>(layout_.warps.size()) + first + case_.picks_per_cell(), model, state);
+      cut_cloth(cell_end(case_, layout_, model, state, first), static_cast<int>(layout_.warps.size()) + first + case_.picks_per_cell(),
+                model, state);
       ++loom_.cells_cut;
     }
     supply_warp(case_, layout_, model, state);
@@ -406,8 +410,7 @@ class WeavingRun {
     loom_.placed = 0;
     loom_.history_rows = 0;
     loom_.stage_start = engine_->state().time;
-    loom_.contacts_max = std::max<std::int64_t>(
-        loom_.contacts_max, static_cast<std::int64_t>(active_contacts()));
+    loom_.contacts_max = std::max<std::int64_t>(loom_.contacts_max, static_cast<std::int64_t>(active_contacts()));
     if (!options_.output.empty()) {
       const Snapshot loom = snapshot_of_loom(case_, *engine_, static_cast<int>(loom_.pick));
       write_results(options_.output / "picks" / fmt::format("pick_{:04}.vtkhdf", loom_.pick), {loom, {}, to_toml(case_), version()});
@@ -443,7 +446,8 @@ class WeavingRun {
     const std::filesystem::path file = options_.output / "checkpoint.h5";
     if (!std::filesystem::exists(file)) throw std::runtime_error(file.string() + ": there is no checkpoint to resume from");
     Checkpoint c = read_checkpoint(file);
-    if (c.case_toml != to_toml(case_)) throw std::runtime_error(file.string() + ": the checkpoint is of another case (or the case was changed)");
+    if (c.case_toml != to_toml(case_))
+      throw std::runtime_error(file.string() + ": the checkpoint is of another case (or the case was changed)");
     loom_ = loom_state_from(c.loom_counters, c.loom_numbers);
     result_.history = std::move(c.history);
     engine_ = std::make_unique<Engine>(std::move(c.model), std::move(c.state), engine_options_);
@@ -530,7 +534,9 @@ class WeavingRun {
 
 }  // namespace
 
-WeaveResult weave_cloth(const Case& c, const RunOptions& options) { return WeavingRun(c, options).run(); }
+WeaveResult weave_cloth(const Case& c, const RunOptions& options) {
+  return WeavingRun(c, options).run();
+}
 
 RunEstimate estimate_run(const Case& c) {
   RunEstimate e;
@@ -564,7 +570,8 @@ RunEstimate estimate_run(const Case& c) {
     contact_step = std::min(contact_step, c.numerics.safety * 2 / std::sqrt(2 * k / (y.density * area)));
   }
   e.time_step = c.numerics.time_step > 0 ? c.numerics.time_step : contact_step;
-  if (c.numerics.integrator == "explicit" && c.numerics.time_step <= 0) e.time_step = std::min(e.time_step, c.numerics.safety * e.explicit_time_step);
+  if (c.numerics.integrator == "explicit" && c.numerics.time_step <= 0)
+    e.time_step = std::min(e.time_step, c.numerics.safety * e.explicit_time_step);
   const int cells_on_loom = std::min(c.cells, c.kept_cells + 1);
   e.fibers = model.fibers() + weft_fibers * static_cast<std::size_t>(cells_on_loom);
   e.nodes_end = e.nodes_start + static_cast<std::size_t>(weft_nodes_cell * cells_on_loom);

@@ -1,5 +1,5 @@
-// Wall time of a step by stage for a loom in the middle of a weave, as it is and with more, or less, of what is idle: stored warp behind the
-// heddles, the reed at rest, an empty shed, waiting wefts, cloth that was cut off, friction. Each part's cost is the difference of the
+// Wall time of a step by stage for a loom in the middle of a weave, as it is and with more, or less, of what is idle: stored warp behind
+// the heddles, the reed at rest, an empty shed, waiting wefts, cloth that was cut off, friction. Each part's cost is the difference of the
 // rows, which take turns so that a change of the machine's speed meets all of them.
 #include <fmt/format.h>
 
@@ -45,7 +45,8 @@ weave::Drive at_rest(const weave::Engine& engine) {
 void step(Row& row, int steps) {
   const weave::Drive drive = at_rest(row.engine);
   for (int i = 0; i < steps; ++i) {
-    if (const auto report = row.engine.step(drive); report.status != weave::StepStatus::ok) throw std::runtime_error(row.name + ": " + report.message);
+    if (const auto report = row.engine.step(drive); report.status != weave::StepStatus::ok)
+      throw std::runtime_error(row.name + ": " + report.message);
   }
 }
 
@@ -70,7 +71,8 @@ weave::Checkpoint woven(const weave::Case& c, std::int64_t steps) {
   run.output = folder;
   run.stop_at_step = steps;
   const weave::WeaveResult result = weave::weave_cloth(c, run);
-  if (result.status != weave::RunStatus::interrupted) throw std::runtime_error("the weave ended before its step " + std::to_string(steps) + ": " + result.message);
+  if (result.status != weave::RunStatus::interrupted)
+    throw std::runtime_error("the weave ended before its step " + std::to_string(steps) + ": " + result.message);
   weave::Checkpoint checkpoint = weave::read_checkpoint(folder / "checkpoint.h5");
   std::filesystem::remove_all(folder);
   return checkpoint;
@@ -89,7 +91,8 @@ int main(int argc, char** argv) try {
     rows.push_back({name, weave::Engine(std::move(model), std::move(state), options), {}});
   };
 
-  fmt::print("{}: {} steps woven, then {} steps to calm down and {} rounds of {} at rest\n", c.name, steps, calm_steps, rounds, steps_a_round);
+  fmt::print("{}: {} steps woven, then {} steps to calm down and {} rounds of {} at rest\n", c.name, steps, calm_steps, rounds,
+             steps_a_round);
   const weave::Checkpoint cloth = woven(c, steps);
   add("cloth on the loom", cloth.model, cloth.state);
   {
@@ -118,13 +121,14 @@ int main(int argc, char** argv) try {
     for (Row& row : rows) run_round(row);
   }
 
-  fmt::print("{:<40}{:>8}{:>10}{:>12}{:>12}{:>12}{:>12}\n", "us a step, medians", "nodes", "contacts", "search", "contact", "bars,motion", "a node [ns]");
+  fmt::print("{:<40}{:>8}{:>10}{:>12}{:>12}{:>12}{:>12}\n", "us a step, medians", "nodes", "contacts", "search", "contact", "bars,motion",
+             "a node [ns]");
   for (const Row& row : rows) {
     const double search = median_us(row, &weave::StageTimes::search), contact = median_us(row, &weave::StageTimes::contact),
                  motion = median_us(row, &weave::StageTimes::integrate);
     const auto nodes = static_cast<double>(row.engine.model().nodes());
-    fmt::print("{:<40}{:>8}{:>10}{:>12.1f}{:>12.1f}{:>12.1f}{:>12.0f}\n", row.name, nodes, row.engine.state().contacts.active.number.size(), search,
-               contact, motion, 1e3 * (search + contact + motion) / nodes);
+    fmt::print("{:<40}{:>8}{:>10}{:>12.1f}{:>12.1f}{:>12.1f}{:>12.0f}\n", row.name, nodes, row.engine.state().contacts.active.number.size(),
+               search, contact, motion, 1e3 * (search + contact + motion) / nodes);
   }
   return 0;
 } catch (const std::exception& e) {

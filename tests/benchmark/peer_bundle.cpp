@@ -22,17 +22,17 @@ namespace {
 
 using weave::Vec3;
 
-constexpr double diameter = 0.33e-3;                   // [m], also the length of an element
-constexpr double contact_diameter = 1.005 * diameter;  // [m]
-constexpr double density = 2460;                       // [kg/m^3]
+constexpr double diameter = 0.33e-3;                               // [m], also the length of an element
+constexpr double contact_diameter = 1.005 * diameter;              // [m]
+constexpr double density = 2460;                                   // [kg/m^3]
 constexpr double youngs_modulus = 87e9, transverse_modulus = 2e9;  // [Pa]
 constexpr double friction = 0.3;
-constexpr double viscosity = 1.5e-3;      // of a node [N s/m]
-constexpr double time_step = 2e-8;        // [s]
-constexpr double random_speed = 0.1;      // standard deviation of each component [m/s]
-constexpr double skin = 0.2 * diameter;   // [m]
+constexpr double viscosity = 1.5e-3;     // of a node [N s/m]
+constexpr double time_step = 2e-8;       // [s]
+constexpr double random_speed = 0.1;     // standard deviation of each component [m/s]
+constexpr double skin = 0.2 * diameter;  // [m]
 constexpr int warm_up = 1000, rounds = 5;
-constexpr int yarn_pitch = 5;             // [diameters]
+constexpr int yarn_pitch = 5;  // [diameters]
 
 struct Fiber {
   int layer, yarn, place;  ///< layer 0 along x, above; 1 along y, below
@@ -83,14 +83,15 @@ void write_lammps(const std::string& file, int n) {
   const double mass = density * std::numbers::pi / 4 * std::pow(diameter, 3), side = n * diameter;
   const double sphere_density = mass / (std::numbers::pi / 6 * std::pow(contact_diameter, 3));
   auto out = fmt::output_file(file);
-  out.print("bundle of {0} x {0} diameters\n\n{1} atoms\n{1} bonds\n2 atom types\n1 bond types\n\n0 {2:.12g} xlo xhi\n0 {2:.12g} ylo yhi\n", n, nodes, side);
+  out.print("bundle of {0} x {0} diameters\n\n{1} atoms\n{1} bonds\n2 atom types\n1 bond types\n\n0 {2:.12g} xlo xhi\n0 {2:.12g} ylo yhi\n",
+            n, nodes, side);
   out.print("{:.12g} {:.12g} zlo zhi\n\nAtoms # hybrid\n\n", -8 * diameter, 8 * diameter);
   std::size_t id = 0;
   for (std::size_t f = 0; f < fibers.size(); ++f) {
     for (const Vec3& x : fibers[f].x) {
       const auto wrapped = [&](double a) { return a - side * std::floor(a / side); };
-      out.print("{} {} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {}\n", ++id, fibers[f].layer + 1, wrapped(x.x()), wrapped(x.y()), x.z(), contact_diameter,
-                sphere_density, f + 1);
+      out.print("{} {} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {}\n", ++id, fibers[f].layer + 1, wrapped(x.x()), wrapped(x.y()), x.z(),
+                contact_diameter, sphere_density, f + 1);
     }
   }
   out.print("\nVelocities\n\n");
@@ -182,12 +183,14 @@ int main(int argc, char** argv) try {
     motion.push_back((after.integrate - before.integrate) / node_steps);
   }
   const auto nodes = static_cast<double>(engine.model().nodes());
-  fmt::print("{} nodes, {} law, {} bars, {} threads, {} steps in {} rounds, medians\n", engine.model().nodes(), word(2, "node"), word(3, "explicit"),
-             omp_get_max_threads(), steps, rounds);
-  fmt::print("  a node and step [ns]: {:.1f} = search {:.1f} + contact {:.1f} + bars and motion {:.1f}\n", median(all), median(search), median(contact), median(motion));
+  fmt::print("{} nodes, {} law, {} bars, {} threads, {} steps in {} rounds, medians\n", engine.model().nodes(), word(2, "node"),
+             word(3, "explicit"), omp_get_max_threads(), steps, rounds);
+  fmt::print("  a node and step [ns]: {:.1f} = search {:.1f} + contact {:.1f} + bars and motion {:.1f}\n", median(all), median(search),
+             median(contact), median(motion));
   fmt::print("  a node: {:.2f} contacts listed, {:.2f} near, {:.0f} bytes at most; {} searches in these steps, {} late\n",
-             static_cast<double>(engine.state().contacts.line.size()) / nodes, static_cast<double>(engine.state().contacts.active.number.size()) / nodes,
-             memory / nodes, engine.state().searches - searches, engine.state().late_searches);
+             static_cast<double>(engine.state().contacts.line.size()) / nodes,
+             static_cast<double>(engine.state().contacts.active.number.size()) / nodes, memory / nodes, engine.state().searches - searches,
+             engine.state().late_searches);
   return 0;
 } catch (const std::exception& e) {
   fmt::print(stderr, "{}\n", e.what());

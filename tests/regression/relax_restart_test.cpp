@@ -13,7 +13,9 @@ namespace {
 using namespace scenes;
 
 /// A cell whose minimization passes through both phases, and through the first-order one more than once.
-PosedCell small_cell() { return plain_weave_cell({.fibers = 3, .pitch = 7e-4}, 0.5, 2); }
+PosedCell small_cell() {
+  return plain_weave_cell({.fibers = 3, .pitch = 7e-4}, 0.5, 2);
+}
 
 class TemporaryFile {
  public:

@@ -22,7 +22,7 @@ Case small_case() {
   std::stringstream text;
   text << in.rdbuf();
   return weave::parse_case(text.str(), file,
-                           {"fabric.cells=1", "yarns.s2_1250.fibers=1", "numerics.element_length=3.0", "loom.length=\"5 mm\"",
+                           {"fabric.cells=1", "yarns.s2_1250.fibers=1", "numerics.element_length=2.0", "loom.length=\"5 mm\"",
                             "shedding.time=\"0.6 ms\"", "insertion.time=\"0.2 ms\"", "settle.time=\"0.1 ms\"", "take_up.time=\"0.3 ms\""});
 }
 
@@ -62,25 +62,23 @@ void expect_same_bits(const WeaveResult& a, const WeaveResult& b) {
   EXPECT_EQ(a.summary.searches, b.summary.searches);
 }
 
-class weaving_restart : public testing::Test {
- protected:
-  static void SetUpTestSuite() {
+/// The small case woven without a break.
+const WeaveResult& straight() {
+  static const WeaveResult result = [] {
     omp_set_num_threads(1);
-    straight_ = new WeaveResult(weave_cloth(small_case(), {}));
-  }
-  static void TearDownTestSuite() { delete straight_; }
-  static const WeaveResult& straight() { return *straight_; }
-  static inline WeaveResult* straight_ = nullptr;
-};
+    return weave_cloth(small_case(), {});
+  }();
+  return result;
+}
 
-TEST_F(weaving_restart, small_case_is_woven) {
+TEST(weaving_restart, small_case_is_woven) {
   EXPECT_EQ(straight().status, RunStatus::completed) << straight().message;
   EXPECT_EQ(straight().summary.picks, 4);
   EXPECT_EQ(straight().summary.order_violations, 0);
   EXPECT_EQ(straight().summary.late_searches, 0);
 }
 
-TEST_F(weaving_restart, stopped_and_resumed_gives_the_same_bits) {
+TEST(weaving_restart, stopped_and_resumed_gives_the_same_bits) {
   const Case c = small_case();
   const FreshFolder folder("restart");
   const std::int64_t steps = straight().summary.steps;
@@ -99,7 +97,7 @@ TEST_F(weaving_restart, stopped_and_resumed_gives_the_same_bits) {
   }
 }
 
-TEST_F(weaving_restart, two_threads_give_the_same_bits) {
+TEST(weaving_restart, two_threads_give_the_same_bits) {
   omp_set_num_threads(2);
   RunOptions options;
   options.stop_at_step = 2000;

@@ -69,7 +69,9 @@ Scene crossing_pair(const FiberType& type, double angle, double length, int bars
   return scene;
 }
 
-double uniform(std::mt19937_64& random) { return 2 * (static_cast<double>(random() >> 11) * 0x1p-53) - 1; }
+double uniform(std::mt19937_64& random) {
+  return 2 * (static_cast<double>(random() >> 11) * 0x1p-53) - 1;
+}
 
 Vec3 random_vector(std::mt19937_64& random) {
   const double x = uniform(random), y = uniform(random), z = uniform(random);
@@ -120,9 +122,8 @@ Scene tangle(const FiberType& type, const TangleSpec& spec) {
     }
     const Vec3 shift = middle - x[x.size() / 2];
     for (Vec3& p : x) p += shift;
-    const bool clear = std::all_of(placed.begin(), placed.end(), [&](const auto& other) {
-      return polyline_distance(x, other) > spec.clearance * d;
-    });
+    const bool clear =
+        std::all_of(placed.begin(), placed.end(), [&](const auto& other) { return polyline_distance(x, other) > spec.clearance * d; });
     if (!clear) continue;
     placed.push_back(x);
     const auto fiber = chain_through(x, static_cast<int>(placed.size()) - 1);
@@ -132,8 +133,7 @@ Scene tangle(const FiberType& type, const TangleSpec& spec) {
   return scene;
 }
 
-Scene periodic_mesh(const FiberType& type, double period_y, int warps, int wefts, double bar_length, double height,
-                    std::uint64_t seed) {
+Scene periodic_mesh(const FiberType& type, double period_y, int warps, int wefts, double bar_length, double height, std::uint64_t seed) {
   Scene scene = empty_scene(type);
   scene.model.period_y = period_y;
   std::mt19937_64 random(seed);

@@ -42,12 +42,12 @@ Scene crossing_pair(const weave::FiberType& type, double angle, double length, i
 struct TangleSpec {
   int fibers = 8;
   int bars = 12;
-  double bar_length = 1;   ///< [diameters]
-  double box = 12;         ///< edge of the cube in which the fibers' middles lie [diameters]
-  double speed = 5;        ///< towards the middle [m/s]
-  double spin = 0;         ///< of the whole about z [1/s]
-  double clearance = 1.05; ///< least distance of the axes at the start [diameters]
-  double period_y = 0;     ///< [diameters]
+  double bar_length = 1;    ///< [diameters]
+  double box = 12;          ///< edge of the cube in which the fibers' middles lie [diameters]
+  double speed = 5;         ///< towards the middle [m/s]
+  double spin = 0;          ///< of the whole about z [1/s]
+  double clearance = 1.05;  ///< least distance of the axes at the start [diameters]
+  double period_y = 0;      ///< [diameters]
   std::uint64_t seed = 1;
 };
 

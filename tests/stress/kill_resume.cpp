@@ -116,7 +116,9 @@ KillCount kill_and_resume(const fs::path& program, const fs::path& folder, std::
   const fs::path case_file = folder / "case.toml", undisturbed = folder / "undisturbed", killed = folder / "killed";
   fs::remove_all(folder);
   fs::create_directories(folder);
-  weave::write_text_file(case_file, weave::to_toml(plain_weave({single_fibers, "fabric.cells=2", "output.checkpoint_interval=\"10 ms\""})));
+  std::vector<std::string> overrides = single_fibers;
+  overrides.insert(overrides.end(), {"fabric.cells=2", "output.checkpoint_interval=\"10 ms\""});
+  weave::write_text_file(case_file, weave::to_toml(plain_weave(overrides)));
   const auto start = Clock::now();
   if (Weave(program, case_file, undisturbed, false).wait_or_kill(for_ever) != 0) {
     throw std::runtime_error(fmt::format("{}: the undisturbed weave failed; see {}.log", program.string(), undisturbed.string()));

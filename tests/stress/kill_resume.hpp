@@ -14,11 +14,10 @@ struct KillCount {
   std::vector<std::string> faults;
 };
 
-/// Weaves the smallest plain weave with the program `heddle`, killed `kills` times at random moments, in a folder of its own, which is emptied
-/// before and removed after. After each kill every
-/// result file and the checkpoint must be readable; then the weave goes on with --resume, or from its start if there is no checkpoint yet.
-/// Each weave that comes to its end must have the bits of one that was not disturbed. Throws std::runtime_error if the program can not be
-/// run.
+/// Weaves the smallest plain weave with the program `heddle`, killed `kills` times at random moments, in a folder of its own, which is
+/// emptied before and removed after. After each kill every result file and the checkpoint must be readable; then the weave goes on with
+/// --resume, or from its start if there is no checkpoint yet. Each weave that comes to its end must have the bits of one that was not
+/// disturbed. Throws std::runtime_error if the program can not be run.
 KillCount kill_and_resume(const std::filesystem::path& program, const std::filesystem::path& folder, std::uint64_t seed, int kills);
 
 }  // namespace stress

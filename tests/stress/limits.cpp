@@ -32,10 +32,11 @@ Outcome weave_random_matrices(int matrices) {
   Outcome all{.completed = true};
   for (int seed = 1; seed <= matrices; ++seed) {
     const Outcome o =
-        stress::weave_through(weave::parse_case(stress::random_weave(1000 + seed), "random/case.toml", {stress::single_fibers}));
+        stress::weave_through(weave::parse_case(stress::random_weave(1000 + seed), "random/case.toml", stress::single_fibers));
     all.steps += o.steps;
     all.overlap_max = std::max(all.overlap_max, o.overlap_max);
-    if (const std::string fault = stress::fault(o, stress::any_ledger); !fault.empty()) all.defect = fmt::format("matrix {}: {}", seed, fault);
+    if (const std::string fault = stress::fault(o, stress::ledger_limit); !fault.empty())
+      all.defect = fmt::format("matrix {}: {}", seed, fault);
   }
   return all;
 }
@@ -56,11 +57,11 @@ std::vector<Sweep> all_sweeps(const std::filesystem::path& folder) {
   std::vector<Sweep> sweeps = stress::contact_sweeps(stress::Extent::full);
   for (Sweep& sweep : stress::loom_sweeps(stress::Extent::full)) sweeps.push_back(std::move(sweep));
   sweeps.push_back({"mutated cases", "", "case reader", {100000}, 0, [](double n) { return fuzz(static_cast<int>(n)); }});
-  sweeps.push_back({"random weaving matrices", "", "single fibers", {100}, stress::any_ledger, [](double n) {
+  sweeps.push_back({"random weaving matrices", "", "single fibers", {100}, stress::ledger_limit, [](double n) {
                       return weave_random_matrices(static_cast<int>(n));
                     }});
-  sweeps.push_back({"picks", "", "plain weave of single fibers", {30, 100, 300, 1000}, stress::any_ledger, [](double n) {
-                      return weave_on(static_cast<int>(n), {stress::single_fibers});
+  sweeps.push_back({"picks", "", "plain weave of single fibers", {30, 100, 300, 1000}, stress::ledger_limit, [](double n) {
+                      return weave_on(static_cast<int>(n), stress::single_fibers);
                     }});
   sweeps.push_back({"picks", "", "plain weave", {30, 100}, 0.02, [](double n) { return weave_on(static_cast<int>(n), {}); }});
   sweeps.push_back({"kills", "", "heddle weave", {100}, 0, [folder](double n) { return kill(folder / "kills", static_cast<int>(n)); }});

@@ -12,7 +12,6 @@
 namespace stress {
 namespace {
 
-constexpr double ledger_limit = 0.02;
 constexpr double drift_most = 3;          ///< of the last third over the first
 constexpr double steadiness_floor = 0.1;  ///< difference of successive cells below which none counts [fiber diameters]
 constexpr double memory_floor = 5e4;      ///< of a pick: rows of the history and the kept cell, as vectors grow [bytes]
@@ -185,14 +184,13 @@ std::string random_weave(std::uint64_t seed) {
   for (std::size_t pick = 0; pick < picks; ++pick) {
     std::size_t up = 0, all = 0;
     for (std::size_t s = 0; s < warps_of.size(); ++s) {
-      for (std::size_t w = 0; w < warps_of[s]; ++w) {
-        rows[s][pick] += below(2) == 0 ? '+' : '-';
-        up += rows[s][pick].back() == '+';
-        ++all;
-      }
+      const std::size_t raised = below(warps_of[s] + 1);
+      rows[s][pick] = std::string(raised, '+') + std::string(warps_of[s] - raised, '-');
+      up += raised;
+      all += warps_of[s];
     }
     if (up == 0) rows[0][pick][0] = '+';
-    if (up == all) rows[0][pick][0] = '-';
+    if (up == all) rows[0][pick].back() = '-';
   }
   std::string sections;
   for (std::size_t s = 0; s < rows.size(); ++s) {

@@ -11,9 +11,9 @@ namespace stress {
 /// The smallest plain weave: a pair of warps in two dents, three fibers a yarn, two picks. Overrides as on a command line.
 weave::Case plain_weave(const std::vector<std::string>& overrides = {});
 
-/// Makes it ten times as fast: one fiber a yarn. Its fibers wind closely around one another, for which the energy ledger stays open.
-inline const std::string single_fibers = "yarns.glass.fibers=1";
-inline constexpr double any_ledger = 1e300;  ///< for them
+/// Makes it ten times as fast: one fiber a yarn, in elements short enough to bend around one another.
+inline const std::vector<std::string> single_fibers = {"yarns.glass.fibers=1", "numerics.element_length=2"};
+inline constexpr double ledger_limit = 0.02;  ///< of the loom's scenes
 
 /// Weaves a case, writing nothing. A loom that can not go on counts as stopped, with its message.
 Outcome weave_through(const weave::Case& c);
@@ -33,8 +33,8 @@ LongWeave weave_long(int picks, const std::vector<std::string>& overrides);
 /// What drifts in a long weave; empty if nothing does.
 std::string drift(const LongWeave& weave);
 
-/// Case file with a random weaving matrix in which every pick opens a shed: one to three sections, in a dent each, of one or two warps; one
-/// or two weft layers, and one or two columns.
+/// Case file with a random weaving matrix in which every pick opens a shed: one to three sections, in a dent each, of one or two warps that
+/// keep their order in the stack; one or two weft layers, and one or two columns.
 std::string random_weave(std::uint64_t seed);
 
 }  // namespace stress

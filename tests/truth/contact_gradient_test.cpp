@@ -163,7 +163,7 @@ TEST(self_contact, legs_of_a_hairpin_that_touch_push_each_other) {
   const Evaluation e = evaluate(hairpin(1.5, 20, 1.9));
   const auto law = weave::PairLaw::of(5e-5, 5e-5, 1e9, 1e9);
   const double expected = law.line_force(0.1 * 5e-5) * 0.4 * 5e-5;  // on a node far from the bend
-  EXPECT_NEAR(e.force[5].y() / -expected, 1, 1e-9);  // parallel straight legs: the law itself, with bar forces of round-off
+  EXPECT_NEAR(e.force[5].y() / -expected, 1, 1e-9);                 // parallel straight legs: the law itself, with bar forces of round-off
 }
 
 }  // namespace

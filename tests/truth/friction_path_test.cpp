@@ -1,5 +1,5 @@
-#include <Eigen/Geometry>
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <cmath>
 #include <numbers>
@@ -34,7 +34,9 @@ Vec3 force_on_upper(const PosedFibers& pair) {
   return sum;
 }
 
-Vec3 upper_axis(double angle) { return {std::cos(0.5 * angle), std::sin(0.5 * angle), 0}; }
+Vec3 upper_axis(double angle) {
+  return {std::cos(0.5 * angle), std::sin(0.5 * angle), 0};
+}
 
 class friction_path : public testing::TestWithParam<double> {};
 
@@ -149,7 +151,7 @@ TEST(friction_circle, dissipates_force_times_path) {
   }
   const Vec3 force = pair.force()[2] + pair.force()[3];
   EXPECT_NEAR(std::hypot(force.y(), force.z()) / (mu * force.x()), 1, 1e-9);  // on the cone
-  EXPECT_LT(force.z(), 0);                                                   // against the motion, which ends along +z
+  EXPECT_LT(force.z(), 0);                                                    // against the motion, which ends along +z
   // The force lags by the spring's slip over the radius, 0.02: cosine within 2e-4 of 1.
   const double expected = mu * mean_normal * 2 * pi * radius;
   EXPECT_NEAR((pair.ledger().flows.slip - before) / expected, 1, 1e-3);

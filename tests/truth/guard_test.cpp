@@ -111,7 +111,7 @@ TEST(guard, warp_that_doubles_back_passes_over_what_lies_inside_its_bend) {
   EXPECT_EQ(side(0.5, 0), 1);    // right of it
   EXPECT_EQ(side(0, 2), -1);
   EXPECT_EQ(side(0, -2), 1);
-  EXPECT_EQ(side(6, 0), 0);      // beyond the fiber's end
+  EXPECT_EQ(side(6, 0), 0);  // beyond the fiber's end
 }
 
 }  // namespace

@@ -14,12 +14,27 @@ using weave::Model;
 
 constexpr int images = 12;  ///< looked at on either side
 
-/// Distance of a point from a fiber shifted by image * period_y, from every bar.
-double distance_to_fiber(const Model& m, const std::vector<Vec3>& x, const Vec3& point, std::uint32_t fiber, int image) {
+/// Distance of a point from the axis of a fiber shifted by image * period_y: the least of places along each span, and by golden section
+/// about it.
+double distance_to_fiber(const Model& m, const weave::FiberGeometry& g, const Vec3& point, std::uint32_t fiber, int image) {
   const Vec3 shift(0, image * m.period_y, 0);
+  constexpr int places = 8;
   double least = 1e300;
-  for (std::uint32_t q = m.first[fiber]; q < m.last(fiber); ++q) {
-    least = std::min(least, bar_distance(point, point, x[q] + shift, x[q + 1] + shift));
+  for (std::uint32_t q = m.first[fiber]; q < m.first[fiber] + m.own_nodes(fiber); ++q) {
+    const weave::Span& span = g.span[q];
+    const auto distance = [&](double u) { return (point - shift - span.point(u)).norm(); };
+    const double width = (span.high - span.low) / places;
+    double nearest = span.low;
+    for (int k = 1; k <= places; ++k) {
+      if (const double u = span.low + k * width; distance(u) < distance(nearest)) nearest = u;
+    }
+    double low = std::max(span.low, nearest - width), high = std::min(span.high, nearest + width);
+    constexpr double golden = 0.6180339887498949;
+    while (high - low > 1e-7) {
+      const double u = high - golden * (high - low), v = low + golden * (high - low);
+      (distance(u) < distance(v) ? high : low) = distance(u) < distance(v) ? v : u;
+    }
+    least = std::min(least, distance(0.5 * (low + high)));
   }
   return least;
 }
@@ -29,8 +44,8 @@ struct Comparison {
   int nearer = 0;  ///< of these, points that the fiber is nearer to at another place than those in the list
 };
 
-/// Compares an engine's list with all pairs of points and fibers: every pair that touches must be in it. A closed fiber's images are one endless chain:
-/// its place nearest to a point counts once.
+/// Compares an engine's list with all pairs of points and fibers: every pair that touches must be in it. A closed fiber's images are one
+/// endless chain: its place nearest to a point counts once.
 void compare_with_brute_force(const weave::Engine& engine, Comparison& result) {
   const Model& m = engine.model();
   const weave::FiberGeometry g = engine.geometry();
@@ -38,38 +53,40 @@ void compare_with_brute_force(const weave::Engine& engine, Comparison& result) {
 
   std::map<std::tuple<std::uint32_t, float, std::uint32_t, int>, std::vector<double>> listed;
   for (const weave::LineContact& c : engine.state().contacts.line) {
-    std::uint32_t segment = c.segment;
+    std::uint32_t span = c.span;
     std::int32_t image = c.image;
-    const double distance = std::sqrt(walk_to_point(m, g, contact_point(g, c), segment, image).distance2);
-    const std::uint32_t f = m.fiber_of[segment];
-    listed[{c.node, c.fraction, f, m.periodic[f] ? 0 : image}].push_back(distance);
+    const double distance = std::sqrt(walk_to_point(m, g, contact_point(g, c), span, image).distance2);
+    const std::uint32_t f = m.fiber_of[span];
+    listed[{c.node, c.at, f, m.periodic[f] ? 0 : image}].push_back(distance);
   }
 
   for (std::uint32_t f = 0; f < m.fibers(); ++f) {
     for (std::uint32_t b = 0; b < m.fibers(); ++b) {
+      if (share_of_points(m, f, b) == 0) continue;  // the pair is in the other's list
       const bool nodes = meets_at_nodes(m, f, b);
-      const std::uint32_t end = nodes ? m.first[f] + m.own_nodes(f) : m.last(f);
+      const std::uint32_t end = m.first[f] + m.own_nodes(f);
       for (std::uint32_t p = m.first[f]; p < end; ++p) {
         for (std::uint32_t i = 0; i < (nodes ? 1 : m.points[f]); ++i) {
           weave::LineContact at;
           at.node = p;
-          at.fraction = nodes ? 0 : static_cast<float>((i + 0.5) / m.points[f]);
+          at.at = nodes ? 0 : static_cast<float>((i + 0.5) / m.points[f] - 0.5);
+          if (at.at < g.span[p].low || at.at > g.span[p].high) continue;
           const Vec3 point = contact_point(g, at);
           std::map<int, double> by_image;  // a closed fiber has one entry
           for (int k = -reach_of_images; k <= reach_of_images; ++k) {
             if (b == f && (k == 0 || m.periodic[f])) continue;
-            const double d = distance_to_fiber(m, engine.state().x, point, b, k);
+            const double d = distance_to_fiber(m, g, point, b, k);
             const auto [entry, first] = by_image.try_emplace(m.periodic[b] ? 0 : k, d);
             if (!first) entry->second = std::min(entry->second, d);
           }
           for (const auto& [k, d] : by_image) {
             if (d >= m.pair_law(f, b).reach) continue;
             ++result.touching;
-            const auto found = listed.find({p, at.fraction, b, k});
+            const auto found = listed.find({p, at.at, b, k});
             const std::vector<double> distances = found == listed.end() ? std::vector<double>{} : found->second;
             // A bent fiber may be near at several places; the nearest counts here.
-            ASSERT_FALSE(distances.empty()) << "point " << at.fraction << " of bar " << p << " of fiber " << f << ", fiber " << b << ", image " << k
-                                            << ", distance " << d;
+            ASSERT_FALSE(distances.empty()) << "point " << at.at << " of span " << p << " of fiber " << f << ", fiber " << b << ", image "
+                                            << k << ", distance " << d;
             const double nearest = *std::min_element(distances.begin(), distances.end());
             result.nearer += nearest > d + 1e-9 * m.types[0].radius;  // a tie within round-off may go to the next bar
           }
@@ -156,20 +173,24 @@ TEST(neighbor_search, finds_every_point_that_touches_a_reed_bar_once) {
     const weave::FiberGeometry g = engine.geometry();
     int touching = 0;
     for (std::uint32_t f = bars; f < m.fibers(); ++f) {
-      for (std::uint32_t p = m.first[f]; p < m.last(f); ++p) {
+      for (std::uint32_t p = m.first[f]; p <= m.last(f); ++p) {
         for (std::uint32_t k = 0; k < m.points[f]; ++k) {
           weave::LineContact point;
           point.node = p;
-          point.fraction = static_cast<float>((k + 0.5) / m.points[f]);
+          point.at = static_cast<float>((k + 0.5) / m.points[f] - 0.5);
+          if (point.at < g.span[p].low || point.at > g.span[p].high) continue;
           for (std::uint32_t b = 0; b < bars; ++b) {
             for (int image = -images; image <= images; ++image) {
               const Vec3 shift(0, image * period, 0), x = contact_point(g, point);
               if ((x - g.x[m.first[b]] - shift).head<2>().norm() >= m.pair_law(f, b).reach) continue;
               ++touching;
               const auto& listed = engine.state().contacts.on_reed.line;
-              EXPECT_EQ(std::count_if(listed.begin(), listed.end(), [&](const weave::LineContact& c) {
-                return c.node == p && c.fraction == point.fraction && m.fiber_of[c.segment] == b && c.image == image;
-              }), 1) << "fiber " << f << ", bar " << b << ", image " << image;
+              EXPECT_EQ(std::count_if(listed.begin(), listed.end(),
+                                      [&](const weave::LineContact& c) {
+                                        return c.node == p && c.at == point.at && m.fiber_of[c.span] == b && c.image == image;
+                                      }),
+                        1)
+                  << "fiber " << f << ", bar " << b << ", image " << image;
             }
           }
         }

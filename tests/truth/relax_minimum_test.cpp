@@ -50,7 +50,8 @@ TEST(relax_minimum, certificate_refuses_a_saddle) {
   EXPECT_LT(below.energy.sum(), saddle.energy.sum() - 1e4 * 64 * d * d * 0.5 * d);  // it came down by about a radius at least
 }
 
-/// A warp at a strain of 0.01, and far above it a straight weft whose bars have another one and that nothing touches: no node feels a force.
+/// A warp at a strain of 0.01, and far above it a straight weft whose bars have another one and that nothing touches: no node feels a
+/// force.
 relax::Certificate certificate_of_free_weft(double strain) {
   relax::Cell cell = empty_cell(8 * d, 8 * d);
   cell.types[0].compression_factor = 1;
@@ -127,7 +128,8 @@ TEST(relax_minimum, damped_motion_alone_reaches_newtons_minimum) {
   const relax::MinimizeResult a = relax::minimize(p.cell, p.unknowns(), newton), b = relax::minimize(p.cell, p.unknowns(), motion);
   ASSERT_TRUE(a.certificate.converged) << a.certificate.blocked_by;
   ASSERT_LT(b.certificate.gradient_max, 1e-7);
-  EXPECT_NEAR(b.energy.sum() / a.energy.sum(), 1, 1e-9);  // of second order in the gradient, and divided by a stiffness of 1e-4 T / d or more
+  EXPECT_NEAR(b.energy.sum() / a.energy.sum(), 1,
+              1e-9);  // of second order in the gradient, and divided by a stiffness of 1e-4 T / d or more
   EXPECT_LT((a.q - b.q).cwiseAbs().maxCoeff(), 1e-3 * d);  // of first order: a tenth of what would make two minima of them
 }
 

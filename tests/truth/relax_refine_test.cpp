@@ -19,7 +19,9 @@ double fiber_volume(const relax::Cell& cell) {
   return volume;
 }
 
-double pull_of_yarns(const relax::Cell& cell) { return std::accumulate(cell.tension.begin(), cell.tension.end(), 0.0); }
+double pull_of_yarns(const relax::Cell& cell) {
+  return std::accumulate(cell.tension.begin(), cell.tension.end(), 0.0);
+}
 
 struct Refined {
   relax::Cell cell;

@@ -46,7 +46,8 @@ TEST(relax_woven, bars_keep_their_tension_where_a_fiber_is_closed) {
   Woven w;
   for (std::size_t f = 0; f < 7; ++f) {
     const auto begin = w.cloth.offset[f], end = w.cloth.offset[f + 1];
-    for (auto p = begin; p < end; ++p) w.cloth.x[static_cast<std::size_t>(p)].z() += 1.5 * d * static_cast<double>(p - begin) / static_cast<double>(end - begin - 1);
+    for (auto p = begin; p < end; ++p)
+      w.cloth.x[static_cast<std::size_t>(p)].z() += 1.5 * d * static_cast<double>(p - begin) / static_cast<double>(end - begin - 1);
   }
   const auto [least, largest] = std::minmax_element(w.cloth.tension.begin(), w.cloth.tension.end());
   const relax::WovenStart start = relax::cell_from_woven(w.c, w.cloth, {});

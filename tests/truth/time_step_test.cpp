@@ -37,7 +37,8 @@ double largest_frequency(Scene scene) {
     for (const double side : {-1.0, 1.0}) {
       Scene moved = scene;
       // Coordinates scaled by sqrt(m), in which the eigenvectors are normal to each other.
-      for (std::size_t p = 0; p < n; ++p) moved.state.x[p] += side * h * std::sqrt(scene.model.inverse_mass[p] * scene.model.mass[1]) * mode[p];
+      for (std::size_t p = 0; p < n; ++p)
+        moved.state.x[p] += side * h * std::sqrt(scene.model.inverse_mass[p] * scene.model.mass[1]) * mode[p];
       Engine engine = moved.engine();
       engine.step(at_rest(moved.model));
       for (std::size_t p = 0; p < n; ++p) change[p] -= side / (2 * h) * engine.force()[p];
@@ -77,8 +78,8 @@ Scene packed_bundle(int rings, double overlap) {
 }
 
 TEST(time_step_limit, is_safe_and_near_the_true_one_in_a_packed_bundle) {
-  // Bounded by a lattice of infinite extent, two rings are below it by the share of nodes at their rim; the bound itself is up to 1.15^(1/2)
-  // too strict.
+  // Bounded by a lattice of infinite extent, two rings are below it by the share of nodes at their rim; the bound itself is up
+  // to 1.15^(1/2) too strict.
   const double share = share_of_limit(packed_bundle(2, 0.05));
   EXPECT_LE(share, 1.0);
   EXPECT_GE(share, 0.8);

@@ -27,7 +27,9 @@ std::array<double, 4> amplitudes(Scene scene, int axis, const std::vector<Vec3>&
 }
 
 /// Frequency in the limit of small steps: leapfrog turns w^2 into (2 - (a0 + a2)/a1) / dt^2 exactly.
-double leapfrog_frequency(const std::array<double, 4>& a, double dt) { return std::sqrt(2 - (a[0] + a[2]) / a[1]) / dt; }
+double leapfrog_frequency(const std::array<double, 4>& a, double dt) {
+  return std::sqrt(2 - (a[0] + a[2]) / a[1]) / dt;
+}
 
 /// Frequency of a damped oscillation from a2 = p a1 - q a0, a3 = p a2 - q a1.
 double damped_frequency(const std::array<double, 4>& a, double dt) {
@@ -122,7 +124,7 @@ TEST(integrators, agree_as_the_step_goes_to_zero) {
 /// damps by mass (c m v) hang the chain in a uniform field of strength c V.
 double catenary_error(int bars) {
   weave::FiberType type = glass_fiber();
-  type.youngs_modulus = 86.9e12;  // does not stretch
+  type.youngs_modulus = 86.9e12;           // does not stretch
   const double span = 2e-3, a = span / 2;  // y = a cosh(x/a)
   const double damping = 1e4, speed = 4;   // the field only scales the tension
   const double length = 2 * a * std::sinh(0.5 * span / a);

@@ -11,6 +11,7 @@
 
 #include "hdf5_file.hpp"
 #include "unit/synthetic_cloth.hpp"
+#include "weave/checkpoint.hpp"
 
 namespace weave {
 namespace {
@@ -181,6 +182,14 @@ TEST_F(ResultsTest, Hdf5ArraysOfEveryType) {
               ThrowsMessage<std::runtime_error>(AllOf(HasSubstr("arrays.h5: /deep/i32"), HasSubstr("is not of type double"))));
   EXPECT_THAT([&] { (void)in.read<double>("/deep/er/table"); }, ThrowsMessage<std::runtime_error>(HasSubstr("has 3 columns")));
   EXPECT_THAT([&] { (void)in.read<double>("/none"); }, ThrowsMessage<std::runtime_error>(HasSubstr("/none: no such data set")));
+}
+
+TEST_F(ResultsTest, CheckpointOfAnotherVersionIsRefused) {
+  Hdf5File out = Hdf5File::create(folder / "checkpoint.h5");
+  out.write_text("/case", "name = \"old\"\n");
+  out.commit();
+  EXPECT_THAT([&] { (void)read_checkpoint(folder / "checkpoint.h5"); },
+              ThrowsMessage<std::runtime_error>(AllOf(HasSubstr("checkpoint.h5"), HasSubstr("format 1"), HasSubstr("format 2"))));
 }
 
 TEST_F(ResultsTest, UncommittedFileLeavesNothing) {

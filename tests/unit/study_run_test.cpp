@@ -29,7 +29,8 @@ using std::filesystem::path;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-// Stands for `heddle run`: its reed load is ten times the tension, one more with elements of half the length. Each start leaves a line in calls.
+// Stands for `heddle run`: its reed load is ten times the tension, one more with elements of half the length. Each start leaves a line in
+// calls.
 const std::string fake_program = R"(#!/bin/sh
 while [ $# -gt 0 ]; do
   case "$1" in
@@ -75,7 +76,8 @@ class StudyRunTest : public testing::Test {
   }
 
   void write_study(const std::string& text, const std::string& collect = "\"weave.reed_load_max_N\"") const {
-    std::ofstream(folder / "study.toml") << "name = \"s\"\nquestion = \"Why?\"\ncase = \"" << HEDDLE_CASES_DIR << "/kevlar_km2_706\"\ncollect = [" << collect << "]\n"
+    std::ofstream(folder / "study.toml") << "name = \"s\"\nquestion = \"Why?\"\ncase = \"" << HEDDLE_CASES_DIR
+                                         << "/kevlar_km2_706\"\ncollect = [" << collect << "]\n"
                                          << text;
   }
 
@@ -100,10 +102,12 @@ TEST_F(StudyRunTest, CollectsFiguresWithErrors) {
               "\"weave.reed_load_max_N\", \"weave.per_cell.last\", \"weave.energy_J.bars\"");
   EXPECT_EQ(study_command(options), 0);
   // Wall times, the last column, are not compared.
-  EXPECT_EQ(std::regex_replace(read("out/study.csv"), std::regex(",[0-9.]+\n"), "\n"),
-            "run,loom.tension,weave.reed_load_max_N,weave.reed_load_max_N.error,weave.per_cell.last,weave.per_cell.last.error,weave.energy_J.bars,"
-            "weave.energy_J.bars.error,state,wall_s\n"
-            "tension_1,1,10,1.0,1,0.0,0.5,0.0,finished\ntension_2,2,20,1.0,1,0.0,0.5,0.0,finished\ntension_4,4,40,1.0,1,0.0,0.5,0.0,finished\n");
+  EXPECT_EQ(
+      std::regex_replace(read("out/study.csv"), std::regex(",[0-9.]+\n"), "\n"),
+      "run,loom.tension,weave.reed_load_max_N,weave.reed_load_max_N.error,weave.per_cell.last,weave.per_cell.last.error,weave.energy_J."
+      "bars,"
+      "weave.energy_J.bars.error,state,wall_s\n"
+      "tension_1,1,10,1.0,1,0.0,0.5,0.0,finished\ntension_2,2,20,1.0,1,0.0,0.5,0.0,finished\ntension_4,4,40,1.0,1,0.0,0.5,0.0,finished\n");
   const json j = results();
   EXPECT_EQ(j["figures"][0]["lowest"], 10);
   EXPECT_EQ(j["figures"][0]["highest"], 40);
@@ -216,7 +220,8 @@ TEST_F(StudyRunTest, CellsAreDrawnSideBySide) {
   write_study("[vary]\nloom.tension = [1, 2]\n");
   EXPECT_EQ(study_command(options), 0);
   for (const auto& [run, pitch] : {std::pair("tension_1", 0.75e-3), std::pair("tension_2", 0.6e-3)})
-    weave::write_results(options.output / "runs" / run / "weave/cell.vtkhdf", {.snapshot = weave::make_synthetic_cloth({.pitch = pitch}), .history = {}, .case_toml = "", .version = ""});
+    weave::write_results(options.output / "runs" / run / "weave/cell.vtkhdf",
+                         {.snapshot = weave::make_synthetic_cloth({.pitch = pitch}), .history = {}, .case_toml = "", .version = ""});
   EXPECT_EQ(study_command(options), 0);
   EXPECT_TRUE(std::filesystem::exists(options.output / "pictures/weave_section_x.png"));
   EXPECT_TRUE(std::filesystem::exists(options.output / "pictures/weave_section_y.png"));
@@ -297,8 +302,9 @@ TEST_F(StudySlurmTest, LostTasksAreSubmittedAgain) {
   EXPECT_EQ(jobs[0]["runs"].size(), 3u);
   EXPECT_THAT(jobs[1]["runs"], ElementsAre(jobs[0]["runs"][2]));
   const std::string script = read("out/slurm/array_0.sh");
-  for (const std::string line : {"#SBATCH --array=0-2%2\n", "#SBATCH --requeue\n", "#SBATCH --signal=B:TERM@120\n", "#SBATCH --partition=long\n",
-                                 "runs=('tension_1' 'tension_2' 'tension_3')\n", "--only \"${runs[$SLURM_ARRAY_TASK_ID]}\" --jobs 1 --threads 1 --quiet"})
+  for (const std::string line :
+       {"#SBATCH --array=0-2%2\n", "#SBATCH --requeue\n", "#SBATCH --signal=B:TERM@120\n", "#SBATCH --partition=long\n",
+        "runs=('tension_1' 'tension_2' 'tension_3')\n", "--only \"${runs[$SLURM_ARRAY_TASK_ID]}\" --jobs 1 --threads 1 --quiet"})
     EXPECT_THAT(script, HasSubstr(line));
 }
 

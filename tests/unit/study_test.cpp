@@ -31,7 +31,9 @@ class StudyTest : public testing::Test {
 
   /// A study of the Kevlar weave; the text starts at line 5.
   path write(const std::string& text, const std::string& collect = "\"weave.reed_load_max_N\"") const {
-    std::ofstream(folder / "study.toml") << "name = \"s\"\nquestion = \"Why?\"\ncase = \"" << kevlar.string() << "\"\ncollect = [" << collect << "]\n" << text;
+    std::ofstream(folder / "study.toml") << "name = \"s\"\nquestion = \"Why?\"\ncase = \"" << kevlar.string() << "\"\ncollect = ["
+                                         << collect << "]\n"
+                                         << text;
     return folder / "study.toml";
   }
 
@@ -54,8 +56,10 @@ std::vector<std::string> names(const Study& study) {
 }
 
 TEST_F(StudyTest, GridTakesAllCombinations) {
-  const Study study = read_study(write("[set]\nfabric.cells = 2\n[vary]\nloom.tension = [\"3 N\", \"10 N\"]\nfabric.friction = [0.2, 0.3]\n"));
-  EXPECT_THAT(names(study), ElementsAre("tension_3N_friction_0.2", "tension_3N_friction_0.3", "tension_10N_friction_0.2", "tension_10N_friction_0.3"));
+  const Study study =
+      read_study(write("[set]\nfabric.cells = 2\n[vary]\nloom.tension = [\"3 N\", \"10 N\"]\nfabric.friction = [0.2, 0.3]\n"));
+  EXPECT_THAT(names(study),
+              ElementsAre("tension_3N_friction_0.2", "tension_3N_friction_0.3", "tension_10N_friction_0.2", "tension_10N_friction_0.3"));
   EXPECT_THAT(study.parameters, ElementsAre("loom.tension", "fabric.friction"));
   EXPECT_THAT(study.runs[1].parameters, ElementsAre("3 N", "0.3"));
   EXPECT_EQ(study.runs[2].spec.loom.tension, 10);
@@ -66,7 +70,8 @@ TEST_F(StudyTest, GridTakesAllCombinations) {
 }
 
 TEST_F(StudyTest, ListedRunsStandBesideTheGrid) {
-  const Study study = read_study(write("[vary]\nloom.tension = [\"4 N\"]\n[[run]]\nname = \"base\"\n[[run]]\nset = { fabric.friction = 0.4, take_up.time = \"2 ms\" }\n"));
+  const Study study = read_study(write(
+      "[vary]\nloom.tension = [\"4 N\"]\n[[run]]\nname = \"base\"\n[[run]]\nset = { fabric.friction = 0.4, take_up.time = \"2 ms\" }\n"));
   EXPECT_THAT(names(study), ElementsAre("tension_4N", "base", "friction_0.4_time_2ms"));
   EXPECT_THAT(study.runs[1].parameters, ElementsAre("", "", ""));
   EXPECT_EQ(study.runs[1].spec.loom.tension, 3);
@@ -74,7 +79,8 @@ TEST_F(StudyTest, ListedRunsStandBesideTheGrid) {
 }
 
 TEST_F(StudyTest, SecondDiscretizationRepeatsEachRun) {
-  const Study study = read_study(write("[vary]\nloom.tension = [1, 2]\n[error]\nset = { numerics.element_length = 1, \"yarns.*.fibers\" = 19 }\n"));
+  const Study study =
+      read_study(write("[vary]\nloom.tension = [1, 2]\n[error]\nset = { numerics.element_length = 1, \"yarns.*.fibers\" = 19 }\n"));
   EXPECT_THAT(names(study), ElementsAre("tension_1", "tension_1_second", "tension_2", "tension_2_second"));
   EXPECT_EQ(study.runs[1].second_of, "tension_1");
   EXPECT_EQ(study.runs[1].spec.numerics.element_length, 1);
@@ -84,9 +90,11 @@ TEST_F(StudyTest, SecondDiscretizationRepeatsEachRun) {
 
 TEST_F(StudyTest, CasesMayVaryAndUntilFollowsTheFigures) {
   const std::string glass = (path(HEDDLE_CASES_DIR) / "eglass_7628").string();
-  const Study study = read_study(write("[vary]\ncase = [\"" + glass + "\", \"" + kevlar.string() + "/case.toml\"]\nrelax.fibers = [19, 37]\n[set]\nrelax.unconverged = true\n",
+  const Study study = read_study(write("[vary]\ncase = [\"" + glass + "\", \"" + kevlar.string() +
+                                           "/case.toml\"]\nrelax.fibers = [19, 37]\n[set]\nrelax.unconverged = true\n",
                                        "\"relax.thickness_m\""));
-  EXPECT_THAT(names(study), ElementsAre("eglass_7628_fibers_19", "eglass_7628_fibers_37", "kevlar_km2_706_fibers_19", "kevlar_km2_706_fibers_37"));
+  EXPECT_THAT(names(study),
+              ElementsAre("eglass_7628_fibers_19", "eglass_7628_fibers_37", "kevlar_km2_706_fibers_19", "kevlar_km2_706_fibers_37"));
   EXPECT_EQ(study.until, "relax");
   EXPECT_EQ(study.runs[0].spec.name, "eglass_7628");
   const std::vector<std::string> arguments = run_arguments(study, study.runs[1], "out");
@@ -94,7 +102,9 @@ TEST_F(StudyTest, CasesMayVaryAndUntilFollowsTheFigures) {
 }
 
 TEST_F(StudyTest, ArgumentsSetTheCaseAsTheStudyReadIt) {
-  const Study study = read_study(write("[[run]]\nset = { loom.tension = \"3.5 N\", section.0.matrix = [\"-\", \"+\"], section.1.matrix = [\"+\", \"-\"], fabric.friction = 0.1 }\n"));
+  const Study study =
+      read_study(write("[[run]]\nset = { loom.tension = \"3.5 N\", section.0.matrix = [\"-\", \"+\"], section.1.matrix = [\"+\", \"-\"], "
+                       "fabric.friction = 0.1 }\n"));
   const std::vector<std::string> arguments = run_arguments(study, study.runs[0], "out");
   std::vector<std::string> overrides;
   for (std::size_t i = 1; i < arguments.size(); ++i) {
@@ -118,26 +128,31 @@ TEST_F(StudyTest, MistakesAreNamedWithFileLineKeyValueAndBound) {
   expect("[vary]\nloom.tension = []\n", "6: vary.loom.tension = []: is empty");
   expect("[vary]\nloom.tension = 3\n", "6: vary.loom.tension = 3: expected a list of values");
   expect(vary + "[set]\nloom.tension = 3\n", "6: vary.loom.tension = 1: clashes with set.loom.tension (line 8)");
-  expect("[set]\nfabric.cells = 2\n[[run]]\nset = { fabric.cells = 3 }\n", "8: run.0.set.fabric.cells = 3: clashes with set.fabric.cells (line 6)");
+  expect("[set]\nfabric.cells = 2\n[[run]]\nset = { fabric.cells = 3 }\n",
+         "8: run.0.set.fabric.cells = 3: clashes with set.fabric.cells (line 6)");
   expect(vary + "[error]\nset = { loom.tension = 3 }\n", "8: error.set.loom.tension = 3: clashes with vary.loom.tension (line 6)");
   expect(vary + "[error]\n", "7: error.set = (missing): is missing or empty");
   expect("[vary]\nloom.tension = [1, \"1 N\"]\n", "6: vary.loom.tension = \"1 N\": run tension_1N has the same values as run tension_1");
   expect("[[run]]\nname = \"a\"\n[[run]]\nname = \"a\"\nset = { loom.tension = 1 }\n", "7: run.1 = {table}: two runs are named a");
   expect("[[run]]\nname = \"../a\"\n", "6: run.0.name = \"../a\": must be of letters");
   expect("[[run]]\n", "5: run.0 = {table}: is empty");
-  expect("[vary]\nloom.tensoin = [1]\n", "6: vary.loom.tensoin = 1: run tensoin_1: " + kevlar.string() + "/case.toml:(override): loom.tensoin = 1: unknown key");
+  expect("[vary]\nloom.tensoin = [1]\n",
+         "6: vary.loom.tensoin = 1: run tensoin_1: " + kevlar.string() + "/case.toml:(override): loom.tensoin = 1: unknown key");
   expect("[vary]\nloom.tension = [\"3 kg\"]\n", "6: vary.loom.tension = \"3 kg\": run tension_3kg: ");
-  expect("[vary]\ncase = [\"nowhere\"]\n", "6: vary.case = \"nowhere\": run nowhere: " + (folder / "nowhere").string() + ": can not be read");
+  expect("[vary]\ncase = [\"nowhere\"]\n",
+         "6: vary.case = \"nowhere\": run nowhere: " + (folder / "nowhere").string() + ": can not be read");
   expect("[set]\nrelax.fibers = 19\n" + vary, "6: set.relax.fibers = 19: is a key of the stage relax, but until = \"weave\"");
   expect("until = \"relax\"\n[set]\nrelax.fibres = 19\n" + vary, "7: set.relax.fibres = 19: unknown key");
   expect("until = \"relax\"\n[set]\nrelax.fibers = 0\n" + vary, "7: set.relax.fibers = 0: must be an integer >= 1 and <= 1000");
-  expect(vary + "[[reference]]\nkey = \"weave.thickness_m\"\nvalue = 1\nsource = \"x\"\n", "8: reference.0.key = \"weave.thickness_m\": must be one of the collected");
+  expect(vary + "[[reference]]\nkey = \"weave.thickness_m\"\nvalue = 1\nsource = \"x\"\n",
+         "8: reference.0.key = \"weave.thickness_m\": must be one of the collected");
 }
 
 TEST_F(StudyTest, FiguresNeedTheirStage) {
   const std::string vary = "[vary]\nloom.tension = [1, 2]\n";
-  EXPECT_THAT(error_of("until = \"weave\"\n" + vary, "\"relax.thickness_m\""),
-              HasSubstr("study.toml:4: collect = [ 'relax.thickness_m' ]: \"relax.thickness_m\" needs the stage relax, but until = \"weave\""));
+  EXPECT_THAT(
+      error_of("until = \"weave\"\n" + vary, "\"relax.thickness_m\""),
+      HasSubstr("study.toml:4: collect = [ 'relax.thickness_m' ]: \"relax.thickness_m\" needs the stage relax, but until = \"weave\""));
   EXPECT_THAT(error_of(vary, "\"thickness_m\""), HasSubstr("\"thickness_m\" must read STAGE.KEY"));
   EXPECT_THAT(error_of(vary, "\"weave.a\", \"weave.a\""), HasSubstr("\"weave.a\" is there twice"));
   EXPECT_THAT(error_of(vary, ""), HasSubstr("study.toml:4: collect = []: expected a list of strings"));
@@ -163,8 +178,9 @@ TEST(ShippedStudies, AreReadAndTellTheirQuestion) {
     EXPECT_THAT(text, HasSubstr(study.question));
     EXPECT_THAT(text, HasSubstr("heddle study cases/studies/" + study.name));
   }
-  EXPECT_THAT(found, testing::IsSupersetOf({"reed_load_fibers", "reed_load_take_up", "reed_load_flags", "reed_load_loom_length", "reed_load_speed", "geometry_tension",
-                                            "geometry_friction", "geometry_beat_up", "stress_tension", "stress_friction", "stress_speed", "minima", "plain_weaves"}));
+  EXPECT_THAT(found, testing::IsSupersetOf({"reed_load_fibers", "reed_load_take_up", "reed_load_flags", "reed_load_loom_length",
+                                            "reed_load_speed", "geometry_tension", "geometry_friction", "geometry_beat_up",
+                                            "stress_tension", "stress_friction", "stress_speed", "minima", "plain_weaves"}));
 }
 
 TEST(ShareMachine, ProcessesComeFirstAndFitIntoMemory) {
@@ -178,7 +194,7 @@ TEST(ShareMachine, ProcessesComeFirstAndFitIntoMemory) {
   EXPECT_EQ(shares(0, 0, 16, 7.5e9), std::pair(2, 8));  // the two largest together
   EXPECT_EQ(shares(0, 0, 16, 1e9), std::pair(1, 16));
   EXPECT_EQ(shares(0, 8, 16, 1e12), std::pair(2, 8));
-  EXPECT_EQ(shares(3, 0, 16, 1e9), std::pair(3, 5));    // as asked
+  EXPECT_EQ(shares(3, 0, 16, 1e9), std::pair(3, 5));  // as asked
 }
 
 }  // namespace

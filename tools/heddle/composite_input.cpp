@@ -33,8 +33,9 @@ std::string material_of_yarns(const weave::Case& c) {
     const std::string& material = c.yarns.at(name).material;
     if (material == first) continue;
     const auto text = [](const std::string& m) { return m.empty() ? std::string("no material") : "material \"" + m + "\""; };
-    throw std::invalid_argument(fmt::format("case {}: yarn {} has {} and yarn {} {}: the yarns of a composite must be of one material; choose it with --fiber",
-                                            c.name, used.front(), text(first), name, text(material)));
+    throw std::invalid_argument(
+        fmt::format("case {}: yarn {} has {} and yarn {} {}: the yarns of a composite must be of one material; choose it with --fiber",
+                    c.name, used.front(), text(first), name, text(material)));
   }
   return first.empty() ? "e_glass" : first;
 }
@@ -43,7 +44,8 @@ std::string material_of_yarns(const weave::Case& c) {
 
 CompositeInput read_composite_input(const std::filesystem::path& folder) {
   const std::filesystem::path fibers = folder / "fibers.vtkhdf";
-  if (!std::filesystem::exists(fibers)) throw std::runtime_error(fibers.string() + ": is not there; give a folder that `heddle envelope` wrote");
+  if (!std::filesystem::exists(fibers))
+    throw std::runtime_error(fibers.string() + ": is not there; give a folder that `heddle envelope` wrote");
   CompositeInput input;
   input.source = weave::read_results(fibers);
   if (!input.source.case_toml.empty()) input.source_case = weave::parse_case(input.source.case_toml, fibers.string());
@@ -53,7 +55,8 @@ CompositeInput read_composite_input(const std::filesystem::path& folder) {
   for (std::size_t f = 0; f < cell.fibers(); ++f) wefts[cell.yarn[f]] = cell.weft[f] != 0;
   for (const auto& [yarn, weft] : wefts) {
     const std::filesystem::path file = folder / fmt::format("{}_{}.off", weft ? "weft" : "warp", yarn);
-    if (!std::filesystem::exists(file)) throw std::runtime_error(file.string() + ": is not there; `heddle envelope` writes it with --formats off");
+    if (!std::filesystem::exists(file))
+      throw std::runtime_error(file.string() + ": is not there; `heddle envelope` writes it with --formats off");
     relax::YarnEnvelope envelope;
     envelope.yarn = yarn;
     envelope.weft = weft;

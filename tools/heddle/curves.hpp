@@ -7,8 +7,8 @@
 
 namespace heddle {
 
-/// Draws the curves of a history over time: reed load with its maximum per beat-up, warp tension, energy ledger, overlap. Nothing for an empty
-/// one. Adds the files to `written`. Throws std::runtime_error for columns of different lengths.
+/// Draws the curves of a history over time: reed load with its maximum per beat-up, warp tension, energy ledger, overlap. Nothing for an
+/// empty one. Adds the files to `written`. Throws std::runtime_error for columns of different lengths.
 void draw_curves(const weave::History& history, const ViewOptions& options, std::vector<std::filesystem::path>& written);
 
 }  // namespace heddle

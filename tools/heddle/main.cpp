@@ -128,13 +128,19 @@ int main(int argc, char** argv) {
   homogenize_app->add_flag("!--no-mesh-error", homogenize.mesh_error, "do not also solve on a coarser mesh");
 
   heddle::PipelineOptions pipeline;
-  CLI::App* run_app = app.add_subcommand("run", "Weave a case, relax its cell, make the yarns' surfaces and the composite's stiffness, and a page of it all");
+  CLI::App* run_app = app.add_subcommand(
+      "run", "Weave a case, relax its cell, make the yarns' surfaces and the composite's stiffness, and a page of it all");
   run_app->add_option("case", pipeline.case_file, "case file (TOML), or a folder with a case.toml")->required();
   run_app->add_option("-o,--output", pipeline.output, "results folder (default results/NAME)");
   run_app->add_option("--set", pipeline.overrides, "change a value: key.path=value")->type_name("KEY=VALUE");
-  run_app->add_option("--until", pipeline.until, "last stage")->capture_default_str()->check(CLI::IsMember({"weave", "relax", "envelope", "homogenize"}));
-  run_app->add_option("--fibers", pipeline.fibers, "digital fibers a yarn of the relaxed cell (default as woven)")->check(CLI::Range(1, 1000));
-  run_app->add_option("--elements", pipeline.elements, "of the homogenized mesh, about")->capture_default_str()->check(CLI::Range(8, 10000000));
+  run_app->add_option("--until", pipeline.until, "last stage")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"weave", "relax", "envelope", "homogenize"}));
+  run_app->add_option("--fibers", pipeline.fibers, "digital fibers a yarn of the relaxed cell (default as woven)")
+      ->check(CLI::Range(1, 1000));
+  run_app->add_option("--elements", pipeline.elements, "of the homogenized mesh, about")
+      ->capture_default_str()
+      ->check(CLI::Range(8, 10000000));
   run_app->add_option("--fiber", pipeline.fiber, "e_glass, s2_glass, aramid or carbon (default: the case's material, else e_glass)");
   run_app->add_flag("--unconverged", pipeline.unconverged, "go on with a relaxed cell that is no certified minimum");
   run_app->add_flag("-q,--quiet", pipeline.quiet, "no progress");
@@ -151,7 +157,8 @@ int main(int argc, char** argv) {
   study_app->add_flag("--resume", resume_study, "go on with what is not finished; this is done without it too");
   study_app->add_flag("--retry", study.retry, "run those again that failed");
   study_app->add_option("--engine", study.engine, "local, or slurm: a job array on a cluster")->check(CLI::IsMember({"local", "slurm"}));
-  study_app->add_option("--sbatch", study.sbatch, "option for sbatch, e.g. --sbatch=--partition=long; may be repeated")->type_name("OPTION");
+  study_app->add_option("--sbatch", study.sbatch, "option for sbatch, e.g. --sbatch=--partition=long; may be repeated")
+      ->type_name("OPTION");
   study_app->add_option("--program", study.program)->group("");
   study_app->add_option("--poll", study.poll)->group("");
   study_app->add_flag("-q,--quiet", study.quiet, "no progress");

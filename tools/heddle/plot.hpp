@@ -39,7 +39,7 @@ struct Series {
   std::string label;
   Color color;
   std::vector<double> u, v;
-  bool markers = false;       ///< circles at the points instead of a line through them
+  bool markers = false;            ///< circles at the points instead of a line through them
   std::vector<double> error = {};  ///< half-lengths of bars along v at the points; empty: none
 };
 

@@ -31,7 +31,9 @@ using Clock = std::chrono::steady_clock;
 
 std::atomic<bool> stop_wanted = false;
 
-void on_signal(int) { stop_wanted = true; }
+void on_signal(int) {
+  stop_wanted = true;
+}
 
 void show(const relax::MinimizeProgress& p) {
   fmt::print(stderr, "{:4}  energy {:.9e} J  gradient {:.2e}  step {:.2e} m  shift {:.1e}{}  {} contact points  {:.1f} s\n", p.iteration,
@@ -78,8 +80,10 @@ Start start_of(const RelaxOptions& options) {
     start.x = std::move(cut.x);
     start.mismatch = cut.mismatch;
     start.woven = true;
-    fmt::print("cut out of {}: it leaned by {:.3f} d; warps meet across the faces within {:.3f} d (mean), {:.3f} d (largest), {} go on in another place\n",
-               file.string(), start.mismatch.lean, start.mismatch.mean, start.mismatch.largest, start.mismatch.moved);
+    fmt::print(
+        "cut out of {}: it leaned by {:.3f} d; warps meet across the faces within {:.3f} d (mean), {:.3f} d (largest), {} go on in another "
+        "place\n",
+        file.string(), start.mismatch.lean, start.mismatch.mean, start.mismatch.largest, start.mismatch.moved);
     return start;
   }
   std::vector<std::string> overrides = options.overrides;
@@ -99,8 +103,9 @@ Start start_of(const RelaxOptions& options) {
 /// The options that a state depends on, a line for each.
 std::string text_of(const RelaxOptions& o, int fibers) {
   return fmt::format(
-      "--fibers = {}\n--warp-tension = {}\n--weft-tension = {}\n--pressure = {}\n--element-length = {}\n--iterations = {}\n--first-order = {}\n", fibers,
-      o.warp_tension, o.weft_tension, o.pressure, o.element_length, o.iterations, o.first_order);
+      "--fibers = {}\n--warp-tension = {}\n--weft-tension = {}\n--pressure = {}\n--element-length = {}\n--iterations = {}\n--first-order = "
+      "{}\n",
+      fibers, o.warp_tension, o.weft_tension, o.pressure, o.element_length, o.iterations, o.first_order);
 }
 
 /// Throws unless a file was made from the same case with the same options.
@@ -127,7 +132,11 @@ struct Relaxed {
 class Relaxation {
  public:
   Relaxation(const RelaxOptions& options, const Start& start, int fibers, const std::filesystem::path& output)
-      : options_(options), start_(start), fibers_(fibers), output_(output), options_text_(text_of(options, fibers)),
+      : options_(options),
+        start_(start),
+        fibers_(fibers),
+        output_(output),
+        options_text_(text_of(options, fibers)),
         case_toml_(weave::to_toml(start.c)) {
     minimize_.iterations_max = options.iterations;
     minimize_.first_order_max = options.first_order;
@@ -141,16 +150,16 @@ class Relaxation {
     relax::Cell& cell = relaxed_.cell;
     cell = start_.cell;
     cell_start_ = start_q_ = relax::unknowns_at(cell, start_.x);
-    const bool coarser = std::any_of(cell.yarn.begin(), cell.yarn.end(), [&](int yarn) {
-      return std::count(cell.yarn.begin(), cell.yarn.end(), yarn) != fibers_;
-    });
+    const bool coarser = std::any_of(cell.yarn.begin(), cell.yarn.end(),
+                                     [&](int yarn) { return std::count(cell.yarn.begin(), cell.yarn.end(), yarn) != fibers_; });
     const bool wanted = fibers_ > 0 && coarser;
     bool taken_up = false;
     relax::MinimizeState state;
     if (options_.resume && std::filesystem::exists(checkpoint())) {
       relax::Checkpoint c = relax::read_checkpoint(checkpoint());
       expect_same(checkpoint(), c.case_toml, case_toml_, c.options, options_text_);
-      if (c.start.size() != start_q_.size() || c.start != start_q_) throw std::runtime_error(checkpoint().string() + ": is of another start");
+      if (c.start.size() != start_q_.size() || c.start != start_q_)
+        throw std::runtime_error(checkpoint().string() + ": is of another start");
       cell = std::move(c.cell);
       cell_start_ = std::move(c.cell_start);
       refined_ = c.refined;
@@ -189,7 +198,8 @@ class Relaxation {
 
   Relaxed leave_off() {
     save(relaxed_.result.state);
-    fmt::print(stderr, "interrupted after {} iterations; --resume goes on from {}\n", relaxed_.result.history.size(), checkpoint().string());
+    fmt::print(stderr, "interrupted after {} iterations; --resume goes on from {}\n", relaxed_.result.history.size(),
+               checkpoint().string());
     return std::move(relaxed_);
   }
 
@@ -211,8 +221,8 @@ class Relaxation {
     weave::write_text_file(output_ / "summary.json", relax::summary_json(cell, result, measures, context));
     std::filesystem::remove(checkpoint());
 
-    fmt::print("{}: {} fibers, {} nodes, {} unknowns, {} iterations in {:.1f} s\n", start_.c.name, cell.fibers(), cell.nodes(), result.q.size(),
-               result.history.size() - 1, context.wall);
+    fmt::print("{}: {} fibers, {} nodes, {} unknowns, {} iterations in {:.1f} s\n", start_.c.name, cell.fibers(), cell.nodes(),
+               result.q.size(), result.history.size() - 1, context.wall);
     print_certificate(result);
     fmt::print("  thickness {:.4g} mm (mean envelopes {:.4g} mm), fiber volume fraction {:.3f}, crimp warp {:.2f} % weft {:.2f} %\n",
                1e3 * measures.thickness, 1e3 * measures.thickness_mean, measures.fiber_volume_fraction, 1e2 * measures.crimp_warp,
@@ -305,7 +315,8 @@ int relax_series(const RelaxOptions& options, const Start& start, const std::fil
   j["series"] = rows;
   j["extrapolated"] = endless;
   j["extrapolation"] =
-      "least squares of a + b/n over the counts n; uncertainty: the largest difference to that with any one count left out, or with n^(-1/2) or "
+      "least squares of a + b/n over the counts n; uncertainty: the largest difference to that with any one count left out, or with "
+      "n^(-1/2) or "
       "n^(-3/2) in place of 1/n; none for fewer than three counts";
   j["wall_s"] = std::chrono::duration<double>(Clock::now() - begun).count();
   j["case_toml"] = weave::to_toml(start.c);

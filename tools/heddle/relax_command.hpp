@@ -23,9 +23,9 @@ struct RelaxOptions {
   bool quiet = false;
 };
 
-/// Relaxes a unit cell, shows progress on standard error, writes relax.vtkhdf and summary.json, and while it runs checkpoint.h5. A series writes these
-/// into a folder fibers_N for each count, and series.json. Returns the exit status: 0 certified minima, 1 not converged, 130 interrupted.
-/// Throws std::runtime_error for a checkpoint of another case, another start or other options.
+/// Relaxes a unit cell, shows progress on standard error, writes relax.vtkhdf and summary.json, and while it runs checkpoint.h5. A series
+/// writes these into a folder fibers_N for each count, and series.json. Returns the exit status: 0 certified minima, 1 not converged, 130
+/// interrupted. Throws std::runtime_error for a checkpoint of another case, another start or other options.
 int relax_command(const RelaxOptions& options);
 
 }  // namespace heddle

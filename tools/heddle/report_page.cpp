@@ -115,7 +115,8 @@ std::string stage_section(const PageStage& stage) {
   const json summary = json::parse(read_file(stage.summary));
   for (const std::string& key : stage.keys) {
     if (!summary.contains(key)) continue;
-    html += fmt::format("<tr><td class=\"key\">{}</td><td style=\"white-space: pre-line\">{}</td></tr>\n", escaped(key), escaped(value_text(summary[key])));
+    html += fmt::format("<tr><td class=\"key\">{}</td><td style=\"white-space: pre-line\">{}</td></tr>\n", escaped(key),
+                        escaped(value_text(summary[key])));
   }
   html += "</table>\n";
   for (const auto& picture : stage.pictures) html += figure(picture);
@@ -142,7 +143,9 @@ std::string yarns_section(const std::vector<PageYarn>& yarns) {
   const std::filesystem::path three = HEDDLE_THREE_JS;  // its folder
   std::string html = "<h2>Yarns</h2>\n";
   if (!std::filesystem::exists(three / "three.min.js")) {
-    return html + "<p class=\"note\">three.js (Debian: libjs-three) was not found when this page was made, so the yarns can not be turned here.</p>\n";
+    return html +
+           "<p class=\"note\">three.js (Debian: libjs-three) was not found when this page was made, so the yarns can not be turned "
+           "here.</p>\n";
   }
   html += "<p class=\"note\">Drag to turn, wheel to zoom, right button to move.</p>\n<div id=\"yarns\"></div>\n";
   html += "<script>" + read_file(three / "three.min.js") + "</script>\n";
@@ -160,7 +163,8 @@ std::string report_page(const PageContent& content) {
       escaped(content.title), page_style, escaped(content.subtitle));
   if (!content.yarns.empty()) html += yarns_section(content.yarns);
   for (const PageStage& stage : content.stages) html += stage_section(stage);
-  html += "<h2>Case</h2>\n<details><summary>with every default written out</summary><pre>" + escaped(content.case_toml) + "</pre></details>\n";
+  html +=
+      "<h2>Case</h2>\n<details><summary>with every default written out</summary><pre>" + escaped(content.case_toml) + "</pre></details>\n";
   return html + "</body></html>\n";
 }
 

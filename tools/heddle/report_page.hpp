@@ -26,7 +26,8 @@ struct PageContent {
 };
 
 /// The page as HTML that needs no other file and no network: pictures and surfaces are in it, and three.js where the machine has it
-/// (Debian: libjs-three); without it the page says so in the place of the yarns. Throws std::runtime_error naming a file that it can not read.
+/// (Debian: libjs-three); without it the page says so in the place of the yarns. Throws std::runtime_error naming a file that it can not
+/// read.
 std::string report_page(const PageContent& content);
 
 }  // namespace heddle

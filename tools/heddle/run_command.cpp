@@ -40,8 +40,8 @@ class Pipeline {
 
   [[nodiscard]] path folder_of(const std::string& stage) const { return folder_ / stage; }
 
-  /// Runs a stage unless its last run had the same inputs and finished. `work` is told whether an unfinished run had them; it returns the exit
-  /// status. Returns the same.
+  /// Runs a stage unless its last run had the same inputs and finished. `work` is told whether an unfinished run had them; it returns the
+  /// exit status. Returns the same.
   int run(const std::string& stage, ordered_json inputs, const std::function<int(bool unfinished)>& work) {
     inputs["after"] = inputs_;
     inputs_ = std::move(inputs);
@@ -56,7 +56,8 @@ class Pipeline {
     weave::write_text_file(file, ordered_json{{"inputs", inputs_}, {"finished", false}}.dump(2) + "\n");
     const int status = work(same);
     const bool has_results = std::filesystem::exists(folder_of(stage) / "summary.json");
-    if (has_results && status < 2) weave::write_text_file(file, ordered_json{{"inputs", inputs_}, {"finished", true}, {"status", status}}.dump(2) + "\n");
+    if (has_results && status < 2)
+      weave::write_text_file(file, ordered_json{{"inputs", inputs_}, {"finished", true}, {"status", status}}.dump(2) + "\n");
     return status;
   }
 
@@ -78,19 +79,49 @@ std::vector<path> pictures_in(const path& folder) {
 /// Keys of each stage's summary that a reader asks for first.
 std::vector<std::string> keys_of(const std::string& stage) {
   if (stage == "weave") {
-    return {"version", "picks", "fibers", "nodes", "steps", "dt_s", "reed_load_max_N", "warp_tension_mean_N", "thickness_m", "thickness_mean_m",
-            "fiber_volume_fraction", "crimp_warp", "crimp_weft", "steadiness", "order_violations", "overlap_max", "energy_residual", "wall_s"};
+    return {"version",
+            "picks",
+            "fibers",
+            "nodes",
+            "steps",
+            "dt_s",
+            "reed_load_max_N",
+            "warp_tension_mean_N",
+            "thickness_m",
+            "thickness_mean_m",
+            "fiber_volume_fraction",
+            "crimp_warp",
+            "crimp_weft",
+            "steadiness",
+            "order_violations",
+            "overlap_max",
+            "energy_residual",
+            "wall_s"};
   }
   if (stage == "relax") {
-    return {"converged", "blocked_by", "fibers_per_yarn", "unknowns", "gradient_max", "positive_definite", "newton_step_max", "energy_J", "thickness_m",
-            "thickness_mean_m", "fiber_volume_fraction", "crimp_warp", "crimp_weft", "order_violations", "overlap_max", "iterations", "wall_s"};
+    return {"converged",    "blocked_by",        "fibers_per_yarn",       "unknowns",
+            "gradient_max", "positive_definite", "newton_step_max",       "energy_J",
+            "thickness_m",  "thickness_mean_m",  "fiber_volume_fraction", "crimp_warp",
+            "crimp_weft",   "order_violations",  "overlap_max",           "iterations",
+            "wall_s"};
   }
   if (stage == "envelope") {
-    return {"yarns", "triangles", "closed", "self_intersections", "mutual_intersections", "periodic_mismatch_m", "gap_min_m", "distance_mean_radii",
-            "distance_max_radii", "volume_ratio", "yarn_volume_fraction", "fiber_volume_fraction", "wall_s"};
+    return {"yarns",
+            "triangles",
+            "closed",
+            "self_intersections",
+            "mutual_intersections",
+            "periodic_mismatch_m",
+            "gap_min_m",
+            "distance_mean_radii",
+            "distance_max_radii",
+            "volume_ratio",
+            "yarn_volume_fraction",
+            "fiber_volume_fraction",
+            "wall_s"};
   }
-  return {"elements", "fiber", "matrix", "micromechanics", "stiffness_order", "stiffness_Pa", "ex_Pa", "ey_Pa", "ez_Pa", "gxy_Pa", "gyz_Pa", "gxz_Pa",
-          "nu_xy", "nu_xz", "nu_yz", "mesh_error", "wall_s"};
+  return {"elements", "fiber",  "matrix", "micromechanics", "stiffness_order", "stiffness_Pa", "ex_Pa",      "ey_Pa", "ez_Pa",
+          "gxy_Pa",   "gyz_Pa", "gxz_Pa", "nu_xy",          "nu_xz",           "nu_yz",        "mesh_error", "wall_s"};
 }
 
 std::vector<PageYarn> yarns_of(const path& envelope) {
@@ -152,8 +183,9 @@ int run_command(const PipelineOptions& options) {
     });
     if (status != 1) return status;
     const ordered_json summary = read_json(relaxed / "summary.json");
-    fmt::print(stderr, "{}the relaxed cell is no certified minimum: {}; {}\n", options.unconverged ? "" : "relax failed: ",
-               summary.value("blocked_by", ""), options.unconverged ? "going on with it" : "--unconverged goes on with it");
+    fmt::print(stderr, "{}the relaxed cell is no certified minimum: {}; {}\n",
+               options.unconverged ? "" : "relax failed: ", summary.value("blocked_by", ""),
+               options.unconverged ? "going on with it" : "--unconverged goes on with it");
     return options.unconverged ? 0 : 1;
   };
   const auto envelope_stage = [&] {

@@ -7,20 +7,21 @@ namespace heddle {
 
 struct PipelineOptions {
   std::filesystem::path case_file;
-  std::filesystem::path output;          ///< default ./results/NAME
-  std::vector<std::string> overrides;    ///< key.path=value
-  std::string until = "homogenize";      ///< last stage: "weave", "relax", "envelope" or "homogenize"
-  int fibers = 0;                        ///< per yarn, of the relaxed cell; 0: as woven
-  int elements = 12000;                  ///< of the homogenized mesh, about
-  std::string fiber;                     ///< material of the fibers, one of weave::known_fibers(); empty: as the case says, else "e_glass"
-  bool unconverged = false;              ///< go on with a relaxed cell that is no certified minimum
+  std::filesystem::path output;        ///< default ./results/NAME
+  std::vector<std::string> overrides;  ///< key.path=value
+  std::string until = "homogenize";    ///< last stage: "weave", "relax", "envelope" or "homogenize"
+  int fibers = 0;                      ///< per yarn, of the relaxed cell; 0: as woven
+  int elements = 12000;                ///< of the homogenized mesh, about
+  std::string fiber;                   ///< material of the fibers, one of weave::known_fibers(); empty: as the case says, else "e_glass"
+  bool unconverged = false;            ///< go on with a relaxed cell that is no certified minimum
   bool quiet = false;
 };
 
-/// Weaves a case, relaxes its last unit cell, makes the yarns' surfaces and the stiffness of the composite, each stage with its pictures in a
-/// folder of its own, and report.html, which shows all of them. A stage whose inputs (case, options, program version, the stages before) are
-/// those of its last finished run is kept as it is; an interrupted weave goes on from its checkpoint. Returns the exit status: 0 done, else
-/// that of the stage that stopped it, 2 where it threw, with its name and message on standard error; the page then shows the stages before.
+/// Weaves a case, relaxes its last unit cell, makes the yarns' surfaces and the stiffness of the composite, each stage with its pictures in
+/// a folder of its own, and report.html, which shows all of them. A stage whose inputs (case, options, program version, the stages before)
+/// are those of its last finished run is kept as it is; an interrupted weave goes on from its checkpoint. Returns the exit status: 0 done,
+/// else that of the stage that stopped it, 2 where it threw, with its name and message on standard error; the page then shows the stages
+/// before.
 int run_command(const PipelineOptions& options);
 
 }  // namespace heddle

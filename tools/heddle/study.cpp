@@ -49,7 +49,8 @@ std::string toml_text(const toml::node& node) {
     for (const toml::node& entry : *list) text += (text.empty() ? "" : ", ") + toml_text(entry);
     return "[" + text + "]";
   }
-  if (const auto word = node.value_exact<std::string>(); word && word->find_first_of("\"\\\n\r\t") == std::string::npos) return '"' + *word + '"';
+  if (const auto word = node.value_exact<std::string>(); word && word->find_first_of("\"\\\n\r\t") == std::string::npos)
+    return '"' + *word + '"';
   if (const auto number = node.value_exact<double>(); number && std::isfinite(*number)) return nlohmann::json(*number).dump();
   std::ostringstream stream;
   node.visit([&](const auto& value) { stream << value; });
@@ -92,12 +93,13 @@ std::string shown(const std::string& key, const std::string& value) {
 }
 
 /// Leaves of a table with their dotted keys, in the order of the file.
-void add_leaves(const toml::table& table, const std::string& prefix, const std::string& shown_prefix, std::vector<std::pair<std::string, const toml::node*>>& leaves,
-                Mistakes& mistakes) {
+void add_leaves(const toml::table& table, const std::string& prefix, const std::string& shown_prefix,
+                std::vector<std::pair<std::string, const toml::node*>>& leaves, Mistakes& mistakes) {
   for (const auto& [key, node] : table) {
     const std::string full = (prefix.empty() ? "" : prefix + ".") + std::string(key.str());
     if (const toml::table* inner = node.as_table()) {
-      if (inner->empty()) mistakes.add(weave::line_of(node), shown_prefix + "." + full, "{}", "is empty; expected keys of the case with their values");
+      if (inner->empty())
+        mistakes.add(weave::line_of(node), shown_prefix + "." + full, "{}", "is empty; expected keys of the case with their values");
       add_leaves(*inner, full, shown_prefix, leaves, mistakes);
     } else {
       leaves.emplace_back(full, &node);
@@ -105,7 +107,8 @@ void add_leaves(const toml::table& table, const std::string& prefix, const std::
   }
 }
 
-std::vector<std::pair<std::string, const toml::node*>> leaves_of(const toml::node* node, const std::string& shown_prefix, Mistakes& mistakes) {
+std::vector<std::pair<std::string, const toml::node*>> leaves_of(const toml::node* node, const std::string& shown_prefix,
+                                                                 Mistakes& mistakes) {
   std::vector<std::pair<std::string, const toml::node*>> leaves;
   if (!node) return leaves;
   if (const toml::table* table = node->as_table()) {
@@ -137,11 +140,13 @@ std::vector<Axis> read_axes(const toml::node* node, Mistakes& mistakes) {
     const toml::array* values = leaf->as_array();
     const std::string shown_key = "vary." + key;
     if (!values || values->empty()) {
-      mistakes.add(weave::line_of(*leaf), shown_key, weave::value_text(*leaf), values ? "is empty; expected at least one value" : "expected a list of values");
+      mistakes.add(weave::line_of(*leaf), shown_key, weave::value_text(*leaf),
+                   values ? "is empty; expected at least one value" : "expected a list of values");
       continue;
     }
     Axis axis{key, {}};
-    for (const toml::node& value : *values) axis.values.push_back({{key, toml_text(value)}, weave::line_of(value), shown_key, weave::value_text(value)});
+    for (const toml::node& value : *values)
+      axis.values.push_back({{key, toml_text(value)}, weave::line_of(value), shown_key, weave::value_text(value)});
     axes.push_back(std::move(axis));
   }
   if (node && node->is_table() && node->as_table()->empty())
@@ -164,7 +169,9 @@ std::vector<Combination> grid_of(const std::vector<Axis>& axes) {
     }
     grid = std::move(longer);
   }
-  for (Combination& c : grid) std::tie(c.line, c.shown_key, c.shown_value) = std::tuple(c.entries.back().line, c.entries.back().shown_key, c.entries.back().shown_value);
+  for (Combination& c : grid)
+    std::tie(c.line, c.shown_key, c.shown_value) =
+        std::tuple(c.entries.back().line, c.entries.back().shown_key, c.entries.back().shown_value);
   return grid;
 }
 
@@ -176,7 +183,8 @@ const Entry* find(const std::vector<Entry>& entries, const std::string& key) {
 void report_clashes(const std::vector<Entry>& entries, const std::vector<Entry>& others, Mistakes& mistakes) {
   for (const Entry& e : entries) {
     if (const Entry* other = find(others, e.assignment.key))
-      mistakes.add(e.line, e.shown_key, e.shown_value, fmt::format("clashes with {} (line {}): give the key once", other->shown_key, other->line));
+      mistakes.add(e.line, e.shown_key, e.shown_value,
+                   fmt::format("clashes with {} (line {}): give the key once", other->shown_key, other->line));
   }
 }
 
@@ -286,7 +294,8 @@ class Expansion {
       run.parameters.push_back(e ? shown(key, e->assignment.value) : key == "case" ? case_label(run.case_file) : "");
     }
     if (run.case_file.empty()) {
-      mistakes_.add(c.line, c.shown_key, c.shown_value, fmt::format("run {} has no case: give case, vary.case or the run's case", run.name));
+      mistakes_.add(c.line, c.shown_key, c.shown_value,
+                    fmt::format("run {} has no case: give case, vary.case or the run's case", run.name));
       return;
     }
     StudyRun repetition = run;
@@ -297,7 +306,8 @@ class Expansion {
     repetition.second_of = run.name;
     for (const Entry& e : second) assign(repetition.changes, e.assignment);
     Combination shown_at = c;
-    std::tie(shown_at.line, shown_at.shown_key, shown_at.shown_value) = std::tuple(second[0].line, second[0].shown_key, second[0].shown_value);
+    std::tie(shown_at.line, shown_at.shown_key, shown_at.shown_value) =
+        std::tuple(second[0].line, second[0].shown_key, second[0].shown_value);
     if (resolve(shown_at, repetition)) study_.runs.push_back(repetition);
   }
 
@@ -314,7 +324,8 @@ class Expansion {
       run.changes = for_all_yarns(run.changes, weave::load_case(run.case_file));
       run.spec = weave::load_case(run.case_file, case_overrides(run.changes));
     } catch (const weave::CaseError& error) {
-      if (reported_.insert(error.what()).second) mistakes_.add(c.line, c.shown_key, c.shown_value, fmt::format("run {}: {}", run.name, error.what()));
+      if (reported_.insert(error.what()).second)
+        mistakes_.add(c.line, c.shown_key, c.shown_value, fmt::format("run {}: {}", run.name, error.what()));
       return false;
     }
     const auto [other, is_new] = run_of_fingerprint_.emplace(fingerprint(run), run.name);
@@ -343,7 +354,10 @@ std::vector<Combination> read_listed(TableReader& top, const toml::table& root, 
     c.shown_value = "{table}";
     if (table.find("name") && !is_name(c.name)) table.mistake("name", "must be of letters, digits and _ - . +, as it names a folder");
     if (const std::string file = table.text("case", ""); table.find("case"))
-      c.entries.push_back({{"case", toml_text(*node.get("case"))}, weave::line_of(*node.get("case")), c.shown_key + ".case", weave::value_text(*node.get("case"))});
+      c.entries.push_back({{"case", toml_text(*node.get("case"))},
+                           weave::line_of(*node.get("case")),
+                           c.shown_key + ".case",
+                           weave::value_text(*node.get("case"))});
     for (const Entry& e : read_assignments(table.find("set"), c.shown_key + ".set", mistakes)) c.entries.push_back(e);
     if (c.entries.empty() && !table.find("name"))
       mistakes.add(c.line, c.shown_key, c.shown_value, "is empty; give it a name, a case, or values in set");
@@ -429,7 +443,8 @@ Study read_study(const path& given) {
   const std::vector<Combination> listed = read_listed(top, root, mistakes);
   TableReader error = top.table("error");
   const std::vector<Entry> second = read_assignments(error.find("set"), "error.set", mistakes);
-  if (top.find("error") && second.empty()) error.mistake("set", "is missing or empty; expected the second discretization's keys and values");
+  if (top.find("error") && second.empty())
+    error.mistake("set", "is missing or empty; expected the second discretization's keys and values");
   error.report_unknown();
   if (!top.find("vary") && !top.find("run")) top.mistake("vary", "missing; give it, or one or more [[run]]");
 
@@ -443,14 +458,16 @@ Study read_study(const path& given) {
     report_clashes(second, c.entries, mistakes);
   }
   const auto no_case = [&](const std::vector<Entry>& entries) {
-    if (const Entry* e = find(entries, "case")) mistakes.add(e->line, e->shown_key, e->shown_value, "give case at the top, in [vary] or in a [[run]]");
+    if (const Entry* e = find(entries, "case"))
+      mistakes.add(e->line, e->shown_key, e->shown_value, "give case at the top, in [vary] or in a [[run]]");
   };
   no_case(settings);
   no_case(second);
   for (const Entry& e : varied) study.parameters.push_back(e.assignment.key);
   for (const Combination& c : listed) {
     for (const Entry& e : c.entries) {
-      if (std::find(study.parameters.begin(), study.parameters.end(), e.assignment.key) == study.parameters.end()) study.parameters.push_back(e.assignment.key);
+      if (std::find(study.parameters.begin(), study.parameters.end(), e.assignment.key) == study.parameters.end())
+        study.parameters.push_back(e.assignment.key);
     }
   }
 
@@ -460,7 +477,8 @@ Study read_study(const path& given) {
   study.until = top.choice("until", stage_names(), stage_names()[static_cast<std::size_t>(last)]);
   const int until = stage_index(study.until);
   for (const std::string& key : study.collect) {
-    if (stage_of_key(key) > until) top.mistake("collect", fmt::format("\"{}\" needs the stage {}, but until = \"{}\"", key, key.substr(0, key.find('.')), study.until));
+    if (stage_of_key(key) > until)
+      top.mistake("collect", fmt::format("\"{}\" needs the stage {}, but until = \"{}\"", key, key.substr(0, key.find('.')), study.until));
   }
   std::vector<Entry> all = settings;
   for (const Axis& axis : axes) all.insert(all.end(), axis.values.begin(), axis.values.end());
@@ -471,7 +489,8 @@ Study read_study(const path& given) {
     const int stage = stage_of_key(e.assignment.key);
     if (stage == 0) continue;
     std::string wrong = stage_key_mistake(e.assignment.key, e.assignment.value);
-    if (wrong.empty() && stage > until) wrong = fmt::format("is a key of the stage {}, but until = \"{}\"", stage_names()[static_cast<std::size_t>(stage)], study.until);
+    if (wrong.empty() && stage > until)
+      wrong = fmt::format("is a key of the stage {}, but until = \"{}\"", stage_names()[static_cast<std::size_t>(stage)], study.until);
     if (!wrong.empty() && wrong_keys.insert(e.shown_key + e.shown_value).second) mistakes.add(e.line, e.shown_key, e.shown_value, wrong);
   }
   study.references = read_references(top, study, mistakes);

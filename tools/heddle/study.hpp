@@ -16,7 +16,7 @@ struct Assignment {
 
 /// One process of a study.
 struct StudyRun {
-  std::string name;                     ///< also of its folder
+  std::string name;  ///< also of its folder
   std::filesystem::path case_file;
   std::vector<Assignment> changes;
   std::vector<std::string> parameters;  ///< what it has for each of Study::parameters, to show; empty where the case's own value stands
@@ -37,13 +37,13 @@ struct Reference {
 struct Study {
   std::filesystem::path file;
   std::string name, title, question;
-  std::string until;                     ///< last stage: "weave", "relax", "envelope" or "homogenize"
-  std::vector<std::string> collect;      ///< figures, "stage.key" of the stage's summary.json
-  std::vector<std::string> parameters;   ///< keys that differ from run to run, in the order of the file; "case" among them where it does
-  std::vector<Assignment> settings;      ///< same for all runs
-  std::vector<Assignment> second;        ///< changes of the second discretization; empty: no error bars
+  std::string until;                    ///< last stage: "weave", "relax", "envelope" or "homogenize"
+  std::vector<std::string> collect;     ///< figures, "stage.key" of the stage's summary.json
+  std::vector<std::string> parameters;  ///< keys that differ from run to run, in the order of the file; "case" among them where it does
+  std::vector<Assignment> settings;     ///< same for all runs
+  std::vector<Assignment> second;       ///< changes of the second discretization; empty: no error bars
   std::vector<Reference> references;
-  std::vector<StudyRun> runs;            ///< grid, then listed ones, each followed by its repetition
+  std::vector<StudyRun> runs;  ///< grid, then listed ones, each followed by its repetition
 };
 
 /// The stages of `heddle run`, in their order.
@@ -56,12 +56,10 @@ const std::vector<std::string>& stage_names();
 ///     question = "..."
 ///     case = "../../example_1"                # relative to this file; or vary.case, or run.case
 ///     until = "weave"                         # default: the last stage that a collected figure needs
-///     collect = ["weave.reed_load_max_N"]     # stage.key of the stage's summary.json, deeper by more dots, list entries by number or "last"
-///     [set]                                   # for all runs; keys of the case or of a later stage
-///     "yarns.*.fibers" = 7                    # of all yarns of the case
-///     fabric.cells = 4
-///     [vary]                                  # grid of all combinations
-///     beat_up.top_speed = ["3 m/s", "4.5 m/s"]
+///     collect = ["weave.reed_load_max_N"]     # stage.key of the stage's summary.json, deeper by more dots, list entries by number or
+///     "last" [set]                                   # for all runs; keys of the case or of a later stage "yarns.*.fibers" = 7 # of all
+///     yarns of the case fabric.cells = 4 [vary]                                  # grid of all combinations beat_up.top_speed = ["3 m/s",
+///     "4.5 m/s"]
 ///     [[run]]                                 # a single combination, instead of the grid or beside it
 ///     name = "slow"                           # default: from its values
 ///     set = { beat_up.top_speed = "1 m/s" }
@@ -73,8 +71,8 @@ const std::vector<std::string>& stage_names();
 ///     where = { case = "../../example_1" }
 ///
 /// A folder stands for the study.toml in it. Throws weave::CaseError with all mistakes found, one a line, "FILE:LINE: KEY = VALUE: what is
-/// wrong and the bound": unknown keys, empty grids, a key given twice, two runs alike, a figure of a stage after `until`, a case that does not
-/// exist or is wrong with the changes.
+/// wrong and the bound": unknown keys, empty grids, a key given twice, two runs alike, a figure of a stage after `until`, a case that does
+/// not exist or is wrong with the changes.
 Study read_study(const std::filesystem::path& file);
 
 /// What `heddle run` is called with for a run of the study, after the program: "run", the case, options. Output folder as given.

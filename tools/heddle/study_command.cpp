@@ -76,14 +76,16 @@ void check_folder(const Study& study, const std::vector<RunTask>& tasks, const p
   for (const RunTask& task : tasks) needed += is_over(task) ? 0 : task.disk;
   const auto free = static_cast<double>(std::filesystem::space(output).available);
   if (needed > free)
-    throw std::runtime_error(fmt::format("{}: the runs need about {:.3g} GB of disk, {:.3g} GB are free", output.string(), 1e-9 * needed, 1e-9 * free));
+    throw std::runtime_error(
+        fmt::format("{}: the runs need about {:.3g} GB of disk, {:.3g} GB are free", output.string(), 1e-9 * needed, 1e-9 * free));
 }
 
 void check_memory(const std::vector<RunTask>& tasks) {
   const double total = memory_bytes("MemTotal");
   for (const RunTask& task : tasks) {
     if (!is_over(task) && total > 0 && task.memory > total)
-      throw std::runtime_error(fmt::format("run {} needs about {:.3g} GB of memory, this machine has {:.3g} GB", task.run->name, 1e-9 * task.memory, 1e-9 * total));
+      throw std::runtime_error(fmt::format("run {} needs about {:.3g} GB of memory, this machine has {:.3g} GB", task.run->name,
+                                           1e-9 * task.memory, 1e-9 * total));
   }
 }
 
@@ -92,7 +94,8 @@ void print_list(const Study& study, const std::vector<RunTask>& tasks, const Sha
   fmt::print("{} runs until {}, {} at a time with {} threads each\n", tasks.size(), study.until, shares.jobs, shares.threads);
   fmt::print("  {:<44} {:>12} {:>10}  {}\n", "run", "about", "memory", "state");
   for (const RunTask& task : tasks)
-    fmt::print("  {:<44} {:>12} {:>7.0f} MB  {}\n", task.run->name, duration_text(task.cost), 1e-6 * task.memory, name_of(task.record.state));
+    fmt::print("  {:<44} {:>12} {:>7.0f} MB  {}\n", task.run->name, duration_text(task.cost), 1e-6 * task.memory,
+               name_of(task.record.state));
 }
 
 void write_tables(const Study& study, const std::vector<StudyRow>& rows, const path& output) {
@@ -139,7 +142,8 @@ Shares share_machine(int jobs, int threads, int cores, const std::vector<double>
 }
 
 int study_command(const StudyOptions& options) {
-  if (options.engine != "local" && options.engine != "slurm") throw std::invalid_argument("--engine " + options.engine + ": must be local or slurm");
+  if (options.engine != "local" && options.engine != "slurm")
+    throw std::invalid_argument("--engine " + options.engine + ": must be local or slurm");
   const bool slurm = options.engine == "slurm";
   const Study study = read_study(options.study_file);
   if (slurm) require_slurm();
@@ -147,7 +151,8 @@ int study_command(const StudyOptions& options) {
   std::vector<RunTask> tasks = plan(study, output);
   if (!options.only.empty()) {
     std::erase_if(tasks, [&](const RunTask& task) { return task.run->name != options.only; });
-    if (tasks.empty()) throw std::invalid_argument(fmt::format("--only {}: {} has no such run; --list shows its runs", options.only, study.file.string()));
+    if (tasks.empty())
+      throw std::invalid_argument(fmt::format("--only {}: {} has no such run; --list shows its runs", options.only, study.file.string()));
   }
   for (RunTask& task : tasks) {
     if (options.retry && task.record.state == RunState::failed) task.record.state = RunState::waiting;
@@ -158,7 +163,8 @@ int study_command(const StudyOptions& options) {
   }
   std::sort(memory.rbegin(), memory.rend());
   constexpr double memory_share = 0.8;  // of what is free now
-  const Shares shares = share_machine(options.jobs, options.threads, omp_get_num_procs(), memory, memory_share * memory_bytes("MemAvailable"));
+  const Shares shares =
+      share_machine(options.jobs, options.threads, omp_get_num_procs(), memory, memory_share * memory_bytes("MemAvailable"));
   if (options.list) {
     print_list(study, tasks, shares);
     return 0;
@@ -196,7 +202,8 @@ int study_command(const StudyOptions& options) {
       completed = run_here(study, tasks, local, progress, on_end);
     }
   }
-  const auto finished = std::count_if(tasks.begin(), tasks.end(), [](const RunTask& task) { return task.record.state == RunState::finished; });
+  const auto finished =
+      std::count_if(tasks.begin(), tasks.end(), [](const RunTask& task) { return task.record.state == RunState::finished; });
   if (options.only.empty()) {
     const std::vector<StudyRow> results = rows();
     write_tables(study, results, output);

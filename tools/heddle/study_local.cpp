@@ -172,7 +172,8 @@ void finish(const Study& study, const Process& process, int wait_status, const p
   record.status = WIFEXITED(wait_status) ? WEXITSTATUS(wait_status) : 128 + WTERMSIG(wait_status);
   record.state = state_of_status(record.status);
   record.wall += wall;
-  const std::string cause = record.status > 128 ? fmt::format("ended by signal {}", record.status - 128) : fmt::format("exit status {}", record.status);
+  const std::string cause =
+      record.status > 128 ? fmt::format("ended by signal {}", record.status - 128) : fmt::format("exit status {}", record.status);
   if (record.state != RunState::finished) {
     constexpr std::size_t lines = 5;
     record.message = last_lines(run_folder(output, *task.run) / "run.log", lines);
@@ -205,7 +206,8 @@ RunState state_of_status(int status) {
   return stopped ? RunState::interrupted : RunState::failed;
 }
 
-bool run_here(const Study& study, std::vector<RunTask>& tasks, const LocalOptions& options, StudyProgress& progress, const std::function<void()>& on_end) {
+bool run_here(const Study& study, std::vector<RunTask>& tasks, const LocalOptions& options, StudyProgress& progress,
+              const std::function<void()>& on_end) {
   std::deque<RunTask*> waiting;
   for (RunTask& task : tasks) {
     if (task.record.state != RunState::finished && task.record.state != RunState::failed) waiting.push_back(&task);

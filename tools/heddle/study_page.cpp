@@ -64,7 +64,8 @@ std::string spreads(const Study& study, const std::vector<StudyRow>& rows) {
                           spread->error ? fmt::format("{:.2g}", *spread->error) : "-", verdict});
   }
   if (html.empty()) return "";
-  return "<h2>Differences and errors</h2>\n<table>\n" + row_of("th", {"figure", "lowest", "highest", "largest error", "they differ by"}) + html + "</table>\n";
+  return "<h2>Differences and errors</h2>\n<table>\n" + row_of("th", {"figure", "lowest", "highest", "largest error", "they differ by"}) +
+         html + "</table>\n";
 }
 
 std::string references(const Study& study) {
@@ -73,7 +74,9 @@ std::string references(const Study& study) {
   for (const Reference& r : study.references) {
     std::string where;
     for (const Assignment& a : r.where) where += (where.empty() ? "" : ", ") + a.key + " = " + a.value;
-    html += row_of("td", {r.key, where, r.tolerance > 0 ? fmt::format("{:.5g} \u00b1 {:.2g}", r.value, r.tolerance) : fmt::format("{:.5g}", r.value), r.source});
+    html += row_of(
+        "td", {r.key, where, r.tolerance > 0 ? fmt::format("{:.5g} \u00b1 {:.2g}", r.value, r.tolerance) : fmt::format("{:.5g}", r.value),
+               r.source});
   }
   return html + "</table>\n";
 }
@@ -82,7 +85,8 @@ std::string failures(const std::vector<StudyRow>& rows) {
   std::string html;
   for (const StudyRow& row : rows) {
     for (const RunTask* task : {row.task, row.second}) {
-      if (task && !task->record.message.empty()) html += fmt::format("<p>{}</p>\n<pre>{}</pre>\n", escaped(task->run->name), escaped(task->record.message));
+      if (task && !task->record.message.empty())
+        html += fmt::format("<p>{}</p>\n<pre>{}</pre>\n", escaped(task->run->name), escaped(task->record.message));
     }
   }
   return html.empty() ? "" : "<h2>Runs that did not finish</h2>\n" + html;

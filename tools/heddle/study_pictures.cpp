@@ -104,7 +104,8 @@ std::string rest_of(const Study& study, const StudyRow& row, std::size_t paramet
   for (std::size_t i = 0; i < study.parameters.size(); ++i) {
     if (i == parameter || row.task->run->parameters[i].empty()) continue;
     const std::string value = row.task->run->parameters[i];
-    text += (text.empty() ? "" : ", ") + (study.parameters[i] == "case" ? value : with_spaces(last_part(study.parameters[i])) + " " + value);
+    text +=
+        (text.empty() ? "" : ", ") + (study.parameters[i] == "case" ? value : with_spaces(last_part(study.parameters[i])) + " " + value);
   }
   return text;
 }
@@ -120,8 +121,8 @@ bool has_number(const StudyRow& row, std::size_t figure) {
   return row.figures[figure].value.is_number();
 }
 
-void draw_curve(const Study& study, const std::vector<StudyRow>& rows, std::size_t figure, std::size_t parameter, const std::vector<double>& u,
-                const std::string& unit, const path& file) {
+void draw_curve(const Study& study, const std::vector<StudyRow>& rows, std::size_t figure, std::size_t parameter,
+                const std::vector<double>& u, const std::string& unit, const path& file) {
   const Scaled scale = scaled(study, rows, figure);
   std::map<std::string, std::vector<std::size_t>> groups;
   std::vector<std::string> order;
@@ -193,7 +194,12 @@ void draw_run_by_run(const Study& study, const std::vector<StudyRow>& rows, std:
     }
   }
   const double margin = high > low ? 0.06 * (high - low) : std::max(0.1 * std::abs(high), 1e-9);
-  Frame frame{{edge + widest + 24, top}, width_px - 2 * edge - widest - 24, row_height * static_cast<double>(rows.size()), low - margin, high + margin, 0,
+  Frame frame{{edge + widest + 24, top},
+              width_px - 2 * edge - widest - 24,
+              row_height * static_cast<double>(rows.size()),
+              low - margin,
+              high + margin,
+              0,
               static_cast<double>(rows.size())};
   canvas.text({edge, 34}, study.title, {.size = 26, .color = ink, .bold = true});
   const std::vector<double> marks = ticks(frame.u_min, frame.u_max, frame.width / 130);

@@ -40,7 +40,8 @@ double StudyProgress::done_of(const RunTask& task) const {
   if (is_over(task)) return task.cost;
   std::error_code none;
   double picks = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(run_folder(output_, *task.run) / "weave" / "picks", none)) picks += entry.path().extension() == ".vtkhdf";
+  for (const auto& entry : std::filesystem::directory_iterator(run_folder(output_, *task.run) / "weave" / "picks", none))
+    picks += entry.path().extension() == ".vtkhdf";
   const weave::Case& c = task.run->spec;
   return task.cost * std::min(0.99, picks / (c.cells * c.picks_per_cell()));
 }
@@ -63,8 +64,9 @@ void StudyProgress::show() {
   // Before anything is done here, the estimate itself, for threads that all help.
   const double gone = seconds_since(start_), here = done - done_at_start_;
   const double left = here > 0 ? gone * (total - done) / here : (total - done) / std::max(1, jobs_);
-  fmt::print(stderr, "\r\033[K{} of {} runs{}, {} gone, {}{} left: {}", over, tasks_.size(), failed > 0 ? fmt::format(" ({} failed)", failed) : "",
-             duration_text(gone), here > 0 ? "" : "about ", duration_text(left), running);
+  fmt::print(stderr, "\r\033[K{} of {} runs{}, {} gone, {}{} left: {}", over, tasks_.size(),
+             failed > 0 ? fmt::format(" ({} failed)", failed) : "", duration_text(gone), here > 0 ? "" : "about ", duration_text(left),
+             running);
   std::fflush(stderr);
 }
 

@@ -65,9 +65,9 @@ RunRecord read_record(const Study& study, const StudyRun& run, const path& outpu
 }
 
 void write_record(const Study& study, const StudyRun& run, const path& output, const RunRecord& record) {
-  const ordered_json j = {{"name", run.name},           {"state", name_of(record.state)}, {"status", record.status},
-                          {"message", record.message},  {"wall_s", record.wall},          {"attempts", record.attempts},
-                          {"threads", record.threads},  {"version", record.version},      {"inputs", run_inputs(study, run)}};
+  const ordered_json j = {{"name", run.name},          {"state", name_of(record.state)}, {"status", record.status},
+                          {"message", record.message}, {"wall_s", record.wall},          {"attempts", record.attempts},
+                          {"threads", record.threads}, {"version", record.version},      {"inputs", run_inputs(study, run)}};
   std::filesystem::create_directories(run_folder(output, run));
   weave::write_text_file(run_folder(output, run) / "run.json", j.dump(2) + "\n");
 }

@@ -8,8 +8,8 @@
 namespace heddle {
 
 enum class RunState {
-  waiting,      ///< never run, or with other values
-  running,      ///< started by a process that has not written its end
+  waiting,  ///< never run, or with other values
+  running,  ///< started by a process that has not written its end
   finished,
   failed,       ///< ended with a message
   interrupted,  ///< stopped by a signal; goes on from its checkpoint
@@ -20,11 +20,11 @@ const char* name_of(RunState state);
 /// What is known about a run: the content of its run.json.
 struct RunRecord {
   RunState state = RunState::waiting;
-  int status = 0;       ///< exit status; 128 + signal where a signal ended it
+  int status = 0;            ///< exit status; 128 + signal where a signal ended it
   std::string message = {};  ///< why it failed: its last lines
-  double wall = 0;      ///< of all attempts [s]
+  double wall = 0;           ///< of all attempts [s]
   int attempts = 0;
-  int threads = 0;      ///< of the last attempt
+  int threads = 0;           ///< of the last attempt
   std::string version = {};  ///< of the program, last attempt
 };
 

@@ -40,8 +40,8 @@ ordered_json assignments(const std::vector<Assignment>& list) {
 
 ordered_json record_json(const RunTask& task) {
   const RunRecord& r = task.record;
-  return {{"name", task.run->name}, {"state", name_of(r.state)}, {"message", r.message}, {"wall_s", r.wall}, {"attempts", r.attempts},
-          {"threads", r.threads},   {"version", r.version}};
+  return {{"name", task.run->name}, {"state", name_of(r.state)}, {"message", r.message}, {"wall_s", r.wall},
+          {"attempts", r.attempts}, {"threads", r.threads},      {"version", r.version}};
 }
 
 }  // namespace
@@ -150,7 +150,8 @@ std::string study_json(const Study& study, const std::vector<StudyRow>& rows) {
   if (!study.references.empty()) {
     j["references"] = ordered_json::array();
     for (const Reference& r : study.references)
-      j["references"].push_back({{"key", r.key}, {"value", r.value}, {"tolerance", r.tolerance}, {"source", r.source}, {"where", assignments(r.where)}});
+      j["references"].push_back(
+          {{"key", r.key}, {"value", r.value}, {"tolerance", r.tolerance}, {"source", r.source}, {"where", assignments(r.where)}});
   }
   j["wall_s"] = wall;
   return j.dump(2) + "\n";

@@ -37,13 +37,13 @@ std::vector<StudyRow> study_rows(const Study& study, const std::vector<RunTask>&
 /// None where fewer than two runs have the figure as a number.
 std::optional<Spread> spread_of(const std::vector<StudyRow>& rows, std::size_t figure);
 
-/// study.csv: a row for each of the rows, with its parameters, its figures and their errors. study.json: the same with what the study is and
-/// how its runs ended. Figures in SI units, the unit at the end of their names.
+/// study.csv: a row for each of the rows, with its parameters, its figures and their errors. study.json: the same with what the study is
+/// and how its runs ended. Figures in SI units, the unit at the end of their names.
 std::string study_csv(const Study& study, const std::vector<StudyRow>& rows);
 std::string study_json(const Study& study, const std::vector<StudyRow>& rows);
 
-/// Draws into the folder: each figure against each parameter that is a number, with error bars, else run by run; and the same sections of all
-/// unit cells side by side. Returns the files.
+/// Draws into the folder: each figure against each parameter that is a number, with error bars, else run by run; and the same sections of
+/// all unit cells side by side. Returns the files.
 std::vector<std::filesystem::path> draw_study(const Study& study, const std::vector<StudyRow>& rows, const std::filesystem::path& output,
                                               const std::filesystem::path& folder);
 

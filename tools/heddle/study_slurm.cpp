@@ -101,7 +101,8 @@ std::string cause_of_end(const std::vector<Array>& arrays, const std::string& ru
   for (auto array = arrays.rbegin(); array != arrays.rend(); ++array) {
     const auto at = std::find(array->runs.begin(), array->runs.end(), run);
     if (at == array->runs.end() || !is_command("sacct")) continue;
-    const Answer answer = ask(fmt::format("sacct --noheader --allocations --jobs={}_{} --format=State%30", array->job, at - array->runs.begin()));
+    const Answer answer =
+        ask(fmt::format("sacct --noheader --allocations --jobs={}_{} --format=State%30", array->job, at - array->runs.begin()));
     std::istringstream words(answer.text);
     std::string state;
     return answer.status == 0 && words >> state ? state : "";
@@ -112,7 +113,12 @@ std::string cause_of_end(const std::vector<Array>& arrays, const std::string& ru
 class Cluster {
  public:
   Cluster(const Study& study, std::vector<RunTask>& tasks, const SlurmOptions& options, StudyProgress& progress)
-      : study_(study), tasks_(tasks), options_(options), progress_(progress), folder_(options.output / "slurm"), arrays_(read_arrays(folder_ / "jobs.json")) {
+      : study_(study),
+        tasks_(tasks),
+        options_(options),
+        progress_(progress),
+        folder_(options.output / "slurm"),
+        arrays_(read_arrays(folder_ / "jobs.json")) {
     std::filesystem::create_directories(folder_);
   }
 
@@ -127,7 +133,8 @@ class Cluster {
       const RunRecord now = read_record(study_, *task.run, options_.output);
       if (now.attempts > 0 && (now.state == RunState::finished || (now.state == RunState::failed && now.attempts > task.record.attempts))) {
         task.record = now;
-        progress_.say(fmt::format("{} {} after {}{}", task.run->name, name_of(now.state), duration_text(now.wall), now.message.empty() ? "" : ":\n" + now.message));
+        progress_.say(fmt::format("{} {} after {}{}", task.run->name, name_of(now.state), duration_text(now.wall),
+                                  now.message.empty() ? "" : ":\n" + now.message));
         on_end();
         continue;
       }
@@ -170,12 +177,14 @@ class Cluster {
       const std::string cause = count > 0 ? cause_of_end(arrays_, task->run->name) : "";
       if (count >= options_.submissions || cause == "OUT_OF_MEMORY") {
         task->record.state = RunState::failed;
-        task->record.message = fmt::format("Slurm ended it {} times{}; see {}", count, cause.empty() ? "" : ", at last with " + cause, folder_.string());
+        task->record.message =
+            fmt::format("Slurm ended it {} times{}; see {}", count, cause.empty() ? "" : ", at last with " + cause, folder_.string());
         progress_.say(fmt::format("{} failed: {}", task->run->name, task->record.message));
         on_end();
         continue;
       }
-      if (count > 0) progress_.say(fmt::format("{} was stopped{}, submitted again", task->run->name, cause.empty() ? "" : " (" + cause + ")"));
+      if (count > 0)
+        progress_.say(fmt::format("{} was stopped{}, submitted again", task->run->name, cause.empty() ? "" : " (" + cause + ")"));
       ++count;
       missing_[task->run->name] = 0;
       task->record.state = RunState::waiting;
@@ -198,7 +207,8 @@ class Cluster {
 
 void require_slurm() {
   for (const std::string name : {"sbatch", "squeue"}) {
-    if (!is_command(name)) throw std::runtime_error(fmt::format("--engine slurm: there is no {} on this machine; Slurm's commands must be in PATH", name));
+    if (!is_command(name))
+      throw std::runtime_error(fmt::format("--engine slurm: there is no {} on this machine; Slurm's commands must be in PATH", name));
   }
 }
 
@@ -227,12 +237,14 @@ std::string array_script(const Study& study, const std::vector<const RunTask*>& 
   text += "# In the place of the shell the program gets the signal before the time limit, and its run writes a checkpoint.\n";
   text += fmt::format("runs=({})\n", names);
   text += fmt::format("exec {} study {} --output {} --only \"${{runs[$SLURM_ARRAY_TASK_ID]}}\" --jobs 1 --threads {} --quiet",
-                      quoted(options.program.string()), quoted(std::filesystem::absolute(study.file).string()), quoted(output.string()), options.threads);
+                      quoted(options.program.string()), quoted(std::filesystem::absolute(study.file).string()), quoted(output.string()),
+                      options.threads);
   if (!options.run_program.empty()) text += " --program " + quoted(options.run_program.string());
   return text + "\n";
 }
 
-bool run_on_slurm(const Study& study, std::vector<RunTask>& tasks, const SlurmOptions& options, StudyProgress& progress, const std::function<void()>& on_end) {
+bool run_on_slurm(const Study& study, std::vector<RunTask>& tasks, const SlurmOptions& options, StudyProgress& progress,
+                  const std::function<void()>& on_end) {
   Cluster cluster(study, tasks, options, progress);
   while (cluster.step(on_end)) {
     const auto next = std::chrono::steady_clock::now() + std::chrono::duration<double>(options.poll);

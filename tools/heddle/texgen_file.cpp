@@ -21,7 +21,8 @@ constexpr double per_mm = 1e3;  ///< millimeters in a meter
 
 /// Control characters, which XML forbids or folds, become blanks.
 std::string attribute_text(std::string text) {
-  std::ranges::replace_if(text, [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
+  std::ranges::replace_if(
+      text, [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
   return escaped(text);
 }
 

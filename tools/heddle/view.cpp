@@ -518,7 +518,8 @@ void draw_cut_outlines(Canvas& canvas, const Page& page, const Cut& cut, Color c
 }
 
 /// With lines in the place of the fibers' outlines, where they are given.
-void draw_section(const Scene& scene, const SectionPlane& plane, const std::filesystem::path& file, const std::vector<YarnLines>* lines = nullptr) {
+void draw_section(const Scene& scene, const SectionPlane& plane, const std::filesystem::path& file,
+                  const std::vector<YarnLines>* lines = nullptr) {
   const Cut cut = cut_by(scene, plane, lines == nullptr);
   const Page page = lay_out(scene, cut.u, cut.z);
   Canvas canvas(file, scene.width_px, page.height_px);
@@ -633,7 +634,8 @@ void draw_section_with_lines(const weave::ResultsFile& results, SectionAxis axis
   draw_section(scene, {axis, value, "with the yarns' surfaces"}, file, &lines);
 }
 
-void draw_section_panels(const std::vector<SectionPanel>& panels, SectionAxis axis, const std::string& title, const std::filesystem::path& file) {
+void draw_section_panels(const std::vector<SectionPanel>& panels, SectionAxis axis, const std::string& title,
+                         const std::filesystem::path& file) {
   constexpr int width_px = 1600;
   struct Panel {
     std::string label, meaning;
@@ -668,14 +670,17 @@ void draw_section_panels(const std::vector<SectionPanel>& panels, SectionAxis ax
   page.height_px = static_cast<int>(std::ceil(top + rows * (label_height + height) + (rows - 1) * gap + bottom));
   Canvas canvas(file, width_px, page.height_px);
   canvas.text({edge, 30}, title, {.size = 21, .color = ink, .bold = true});
-  canvas.text({edge, 58}, (axis == SectionAxis::x ? "Section normal to the warp direction, " : "Section normal to the weft direction, ") + cuts.front().meaning + "; one scale for all",
+  canvas.text({edge, 58},
+              (axis == SectionAxis::x ? "Section normal to the warp direction, " : "Section normal to the weft direction, ") +
+                  cuts.front().meaning + "; one scale for all",
               {15, faint_ink});
   for (int i = 0; i < count; ++i) {
     const Panel& panel = cuts[static_cast<std::size_t>(i)];
     const Point corner{edge + i % columns * (width + gap), top + i / columns * (label_height + height + gap)};
     const double middle = (panel.cut.z.low + panel.cut.z.high) / 2;
-    page.frame = {{corner.x, corner.y + label_height}, page.scale * panel.cut.u.length(), height, panel.cut.u.low * mm, panel.cut.u.high * mm,
-                  (middle - z_length / 2) * mm, (middle + z_length / 2) * mm};
+    page.frame = {
+        {corner.x, corner.y + label_height}, page.scale * panel.cut.u.length(), height, panel.cut.u.low * mm, panel.cut.u.high * mm,
+        (middle - z_length / 2) * mm,        (middle + z_length / 2) * mm};
     canvas.text({corner.x, corner.y + label_height / 2}, panel.label, {17, ink});
     draw_cut(canvas, *panel.scene, page, panel.cut);
     canvas.frame(page.frame.top_left, page.frame.width, page.frame.height, ink, 1.2);

@@ -50,8 +50,8 @@ struct SectionPanel {
   std::string label;
 };
 
-/// Draws the same section of several cells side by side, all at one scale: through the last weft column if normal to x, along the warps of the
-/// first section if normal to y. Throws std::runtime_error naming the file that can not be read or written.
+/// Draws the same section of several cells side by side, all at one scale: through the last weft column if normal to x, along the warps of
+/// the first section if normal to y. Throws std::runtime_error naming the file that can not be read or written.
 void draw_section_panels(const std::vector<SectionPanel>& panels, weave::SectionAxis axis, const std::string& title,
                          const std::filesystem::path& file);
 
@@ -61,9 +61,9 @@ struct SectionLayer {
   std::string label;
 };
 
-/// Draws sections of several states of one cell over one another, a color for each state: the outlines of yarns and fibers, in the planes in
-/// which view() cuts the first one. Writes overlay_x_1.png, overlay_x_2.png ... (normal to x) and overlay_y_1.png ... into `folder` and returns
-/// the files. case_toml: resolved case. Throws std::runtime_error naming the file that can not be written.
+/// Draws sections of several states of one cell over one another, a color for each state: the outlines of yarns and fibers, in the planes
+/// in which view() cuts the first one. Writes overlay_x_1.png, overlay_x_2.png ... (normal to x) and overlay_y_1.png ... into `folder` and
+/// returns the files. case_toml: resolved case. Throws std::runtime_error naming the file that can not be written.
 std::vector<std::filesystem::path> draw_section_overlays(const std::vector<SectionLayer>& layers, const std::string& case_toml,
                                                          const std::filesystem::path& folder);
 

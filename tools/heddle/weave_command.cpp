@@ -15,7 +15,9 @@ namespace {
 
 std::atomic<bool> stop_wanted = false;
 
-void on_signal(int) { stop_wanted = true; }
+void on_signal(int) {
+  stop_wanted = true;
+}
 
 std::string duration(double seconds) {
   const auto s = static_cast<long>(seconds);
@@ -24,8 +26,8 @@ std::string duration(double seconds) {
 }
 
 void show(const weave::RunProgress& p) {
-  fmt::print(stderr, "\rpick {}/{}  {:<11}  {:8.3f} ms of {:.0f}  dt {:.3g} us  {:.0f} steps/s  {} gone, {} left   ", p.pick, p.picks, p.action,
-             1e3 * p.time, 1e3 * p.time_end, 1e6 * p.dt, p.steps_per_second, duration(p.wall), duration(p.left));
+  fmt::print(stderr, "\rpick {}/{}  {:<11}  {:8.3f} ms of {:.0f}  dt {:.3g} us  {:.0f} steps/s  {} gone, {} left   ", p.pick, p.picks,
+             p.action, 1e3 * p.time, 1e3 * p.time_end, 1e6 * p.dt, p.steps_per_second, duration(p.wall), duration(p.left));
 }
 
 }  // namespace
@@ -47,11 +49,13 @@ int weave_command(const WeaveOptions& options) {
     fmt::print(stderr, "{}: {}\n", result.status == weave::RunStatus::failed ? "stopped" : "interrupted", result.message);
     return result.status == weave::RunStatus::failed ? 1 : 130;
   }
-  fmt::print("{}: {} picks woven in {} ({} steps of {:.3g} us, {} nodes)\n", c.name, s.picks, duration(s.wall), s.steps, 1e6 * s.dt_mean, s.nodes);
+  fmt::print("{}: {} picks woven in {} ({} steps of {:.3g} us, {} nodes)\n", c.name, s.picks, duration(s.wall), s.steps, 1e6 * s.dt_mean,
+             s.nodes);
   fmt::print("  thickness {:.4g} mm (mean envelopes {:.4g} mm), fiber volume fraction {:.3f}, crimp warp {:.2f} % weft {:.2f} %\n",
-             1e3 * s.cell.thickness, 1e3 * s.cell.thickness_mean, s.cell.fiber_volume_fraction, 1e2 * s.cell.crimp_warp, 1e2 * s.cell.crimp_weft);
-  fmt::print("  reed load up to {:.4g} N per cell, mean warp tension {:.4g} N, deepest overlap {:.3f} d\n", s.reed_load_max, s.warp_tension_mean,
-             s.overlap_max);
+             1e3 * s.cell.thickness, 1e3 * s.cell.thickness_mean, s.cell.fiber_volume_fraction, 1e2 * s.cell.crimp_warp,
+             1e2 * s.cell.crimp_weft);
+  fmt::print("  reed load up to {:.4g} N per cell, mean warp tension {:.4g} N, deepest overlap {:.3f} d\n", s.reed_load_max,
+             s.warp_tension_mean, s.overlap_max);
   if (!s.steadiness.empty()) {
     fmt::print("  last two cells differ by {:.3f} d (mean), {:.3f} d (largest)\n", s.steadiness.back().mean, s.steadiness.back().largest);
   }
@@ -63,8 +67,8 @@ int check_command(const CheckOptions& options) {
   const weave::Case c = weave::load_case(options.case_file, options.overrides);
   const weave::RunEstimate e = weave::estimate_run(c);
   fmt::print("{}: {}\n", c.name, c.title);
-  fmt::print("  unit cell        {:.4g} x {:.4g} mm, {} picks, {} warps in {} sections and {} dents\n", 1e3 * c.cell_length(), 1e3 * c.cell_width(),
-             c.picks_per_cell(), e.warps, c.sections.size(), c.dents());
+  fmt::print("  unit cell        {:.4g} x {:.4g} mm, {} picks, {} warps in {} sections and {} dents\n", 1e3 * c.cell_length(),
+             1e3 * c.cell_width(), c.picks_per_cell(), e.warps, c.sections.size(), c.dents());
   fmt::print("  to weave         {} cells, {} picks, {:.4g} s of loom time\n", c.cells, e.picks, e.simulated_time);
   for (const auto& [name, y] : c.yarns) {
     fmt::print("  yarn {:<12}{} fibers of {:.4g} um radius, solid area {:.4g} mm2\n", name, y.fibers, 1e6 * y.fiber_radius(),

@@ -7,11 +7,11 @@ namespace heddle {
 
 struct WeaveOptions {
   std::filesystem::path case_file;
-  std::filesystem::path output;          ///< default ./results/NAME
-  std::vector<std::string> overrides;    ///< key.path=value
+  std::filesystem::path output;        ///< default ./results/NAME
+  std::vector<std::string> overrides;  ///< key.path=value
   bool resume = false;
   bool quiet = false;
-  int threads = 0;                       ///< 0: all
+  int threads = 0;  ///< 0: all
 };
 
 /// Weaves a case, shows progress on standard error and writes the results folder. Returns the exit status: 0 completed, 1 failed,
@@ -21,7 +21,7 @@ int weave_command(const WeaveOptions& options);
 struct CheckOptions {
   std::filesystem::path case_file;
   std::vector<std::string> overrides;
-  std::filesystem::path draft;           ///< picture of the weave; empty: none
+  std::filesystem::path draft;  ///< picture of the weave; empty: none
 };
 
 /// Says what would be run. Returns the exit status.

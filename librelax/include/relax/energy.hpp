@@ -11,7 +11,7 @@ namespace relax {
 struct Derivatives {
   Eigen::VectorXd* gradient = nullptr;  ///< (unknowns) [N]
   SparseHessian* hessian = nullptr;     ///< [N/m]
-  bool convex = false;  ///< leave out of the Hessian what makes it indefinite: pushed bars' turning, the turning of contact normals
+  bool convex = false;      ///< leave out of the Hessian what makes it indefinite: pushed bars' turning, the turning of contact normals
   bool fiber_wise = false;  ///< leave out of the Hessian what couples different fibers in contact
 };
 
@@ -33,16 +33,17 @@ struct ContactList {
   double skin = 0;  ///< [m]
   ContactSampling sampling;
   std::vector<SpanContact> contacts;  ///< sorted by span
-  std::vector<double> gap;            ///< of each at `built_at`: the least distance from a touch of one of its points, below 0 if one touches [m]
-  Eigen::VectorXd built_at;           ///< unknowns
+  std::vector<double> gap;   ///< of each at `built_at`: the least distance from a touch of one of its points, below 0 if one touches [m]
+  Eigen::VectorXd built_at;  ///< unknowns
 
   /// Whether a node has moved too far for this list.
   [[nodiscard]] bool late(const Cell& cell, const Eigen::VectorXd& q) const;
 };
 
-/// Contacts of a cell at `q` (cell grid over spans, periodic in x and y). Where an axis bends toward a point of another fiber with a radius as
-/// small as their distance, as a fiber does that turns around another, the closest point to that is not unique: it would jump, and the
-/// energy with it. There the points of the sharply bent fiber stand for the contact alone. The shares are those at `q`, and do not change while the list lasts.
+/// Contacts of a cell at `q` (cell grid over spans, periodic in x and y). Where an axis bends toward a point of another fiber with a radius
+/// as small as their distance, as a fiber does that turns around another, the closest point to that is not unique: it would jump, and the
+/// energy with it. There the points of the sharply bent fiber stand for the contact alone. The shares are those at `q`, and do not change
+/// while the list lasts.
 ContactList find_contacts(const Cell& cell, const Eigen::VectorXd& q, double skin, const ContactSampling& sampling = {});
 
 /// Zero Hessian with room for bars, bending, platens and all contacts in the list, as they lie now and a little aside.

@@ -9,14 +9,15 @@
 namespace relax {
 
 struct MinimizeOptions {
-  int first_order_max = 20000;          ///< steps of the first-order phases in all; 0: Newton's method alone
-  double first_order_tolerance = 2e-2;  ///< gradient at which the first one hands over to Newton's method: largest component over the reference tension
+  int first_order_max = 20000;  ///< steps of the first-order phases in all; 0: Newton's method alone
+  double first_order_tolerance =
+      2e-2;  ///< gradient at which the first one hands over to Newton's method: largest component over the reference tension
   double first_order_tolerance_least = 1e-3;  ///< at which later ones do, each at half of that of the one before
-  int iterations_max = 300;             ///< of Newton's method
-  double skin = 0.3;                    ///< of the contact list [largest fiber diameters]
-  double gradient_tolerance = 1e-8;     ///< largest component over the reference tension
-  double step_tolerance = 1e-8;         ///< largest component of the Newton step [smallest fiber diameters]
-  bool leave_saddles = true;            ///< at a saddle, go on along the direction of negative curvature
+  int iterations_max = 300;                   ///< of Newton's method
+  double skin = 0.3;                          ///< of the contact list [largest fiber diameters]
+  double gradient_tolerance = 1e-8;           ///< largest component over the reference tension
+  double step_tolerance = 1e-8;               ///< largest component of the Newton step [smallest fiber diameters]
+  bool leave_saddles = true;                  ///< at a saddle, go on along the direction of negative curvature
   ContactSampling sampling;
   ContactSampling first_order_sampling{0.5, 0.25};  ///< coarser: Newton's method goes on from there
   std::function<void(const struct MinimizeProgress&)> on_progress;
@@ -45,8 +46,8 @@ struct FirstOrderState {
   Eigen::VectorXd velocity;  ///< (unknowns)
   Eigen::VectorXd list_at;   ///< unknowns at which the contact list was built
   double time_step = 0, mixing = 0;
-  int downhill = 0;          ///< steps since the motion last turned uphill
-  int least_at = 0;          ///< step at which the gradient or the energy last came down
+  int downhill = 0;  ///< steps since the motion last turned uphill
+  int least_at = 0;  ///< step at which the gradient or the energy last came down
   double gradient_least = 0, energy_least = 0;
 };
 
@@ -60,10 +61,10 @@ struct MinimizeState {
   std::vector<MinimizeProgress> history;
   double reference_tension = 0;  ///< [N]
   int steps_left = 0, iterations_left = 0;
-  double tolerance = 0;          ///< of the present first-order phase
-  bool newton = false;           ///< in Newton's method; else in a first-order phase
+  double tolerance = 0;  ///< of the present first-order phase
+  bool newton = false;   ///< in Newton's method; else in a first-order phase
   FirstOrderState first_order;
-  bool stagnated = false;        ///< so did the last first-order phase
+  bool stagnated = false;  ///< so did the last first-order phase
 
   // of Newton's method
   int far = 0;                          ///< steps since one was not cut short
@@ -84,14 +85,14 @@ struct MinimizeState {
 struct Certificate {
   double gradient_max = 0;         ///< largest component of the gradient over the reference tension, pins left out
   bool positive_definite = false;  ///< the Hessian as it is, pins left out
-  bool neutral = false;  ///< it is not, but is with a millionth of the reference tension over the diameter added to its diagonal: a fiber that
-                         ///< is slack, or that nothing touches, is not held
-  double newton_step_max = 0;      ///< largest component of its Newton step [smallest fiber diameters]
-  bool contacts_steady = false;    ///< no contact point opens or closes in that step
-  double pin_force_max = 0;        ///< largest force of a pin over the reference tension: what the pins against sliding hold
-  double energy_error = 0;         ///< 1/2 g H^-1 g, by which the energy lies above the minimum of its parabola; infinite without one [J]
-  bool converged = false;          ///< all of it holds
-  std::string blocked_by;          ///< what does not, and where; empty if converged
+  bool neutral = false;  ///< it is not, but is with a millionth of the reference tension over the diameter added to its diagonal: a fiber
+                         ///< that is slack, or that nothing touches, is not held
+  double newton_step_max = 0;    ///< largest component of its Newton step [smallest fiber diameters]
+  bool contacts_steady = false;  ///< no contact point opens or closes in that step
+  double pin_force_max = 0;      ///< largest force of a pin over the reference tension: what the pins against sliding hold
+  double energy_error = 0;       ///< 1/2 g H^-1 g, by which the energy lies above the minimum of its parabola; infinite without one [J]
+  bool converged = false;        ///< all of it holds
+  std::string blocked_by;        ///< what does not, and where; empty if converged
 };
 
 struct MinimizeResult {
@@ -115,11 +116,11 @@ double reference_tension(const Cell& cell, const Eigen::VectorXd& q);
 /// Unknowns that pins hold.
 std::vector<Eigen::Index> pinned_unknowns(const Cell& cell);
 
-/// A first-order phase (preconditioned FIRE), until it is near or does not get nearer, then Newton's method from `q` to a certified minimum;
-/// each Newton step's energy is less than the one before, or, where round-off hides that, its gradient. The true Hessian comes first; shifted, or
-/// without its indefinite terms, only where it is not positive definite. No node moves farther than half the skin in a step. At a saddle it goes on along the
-/// direction of negative curvature. A state that is no certified minimum is returned with what blocks it. Throws std::invalid_argument for
-/// a `q` of wrong size or not finite.
+/// A first-order phase (preconditioned FIRE), until it is near or does not get nearer, then Newton's method from `q` to a certified
+/// minimum; each Newton step's energy is less than the one before, or, where round-off hides that, its gradient. The true Hessian comes
+/// first; shifted, or without its indefinite terms, only where it is not positive definite. No node moves farther than half the skin in a
+/// step. At a saddle it goes on along the direction of negative curvature. A state that is no certified minimum is returned with what
+/// blocks it. Throws std::invalid_argument for a `q` of wrong size or not finite.
 MinimizeResult minimize(const Cell& cell, const Eigen::VectorXd& q, const MinimizeOptions& options = {});
 
 /// Goes on from where a minimization of the same cell with the same options was interrupted, to the same bits. Throws std::invalid_argument

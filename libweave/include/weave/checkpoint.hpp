@@ -13,7 +13,7 @@ struct Checkpoint {
   Model model;
   State state;
   History history;
-  std::vector<double> loom_numbers;        ///< the run's own scalars, in its order
+  std::vector<double> loom_numbers;  ///< the run's own scalars, in its order
   std::vector<std::int64_t> loom_counters;
 };
 

@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "weave/model.hpp"
+#include "weave/axis.hpp"
 #include "weave/stiffness.hpp"
 
 namespace weave {
@@ -15,22 +15,22 @@ struct FrictionSpring {
   double stiffness = 0;  ///< at the last step [N/m]; 0: was apart
 };
 
-/// Point of one fiber against the closest point of another fiber's poly-line: the line contact of the pair, integrated at points along both
-/// fibers. Fibers of one yarn run side by side and their nodes are points enough; fibers of different yarns may cross, so there the points
-/// are not farther apart than half a diameter, and the law is sampled an eighth of a diameter apart around each that is near a touch. A reed
-/// bar has no points of its own: the points of the fibers stand for the whole of their contact with it.
-/// Friction acts on material slip: along the touched fiber the change of the closest point's arc length, and across it, the more the steeper
-/// the fibers cross, the slip along the point's own fiber. No rigid motion alters either; parallel fibers are free to roll over one another.
+/// Point of one fiber against the closest point of another fiber's axis: the line contact of the pair, integrated at points along one
+/// of the two. Fibers of one yarn run side by side and the middles of their spans are points enough; fibers of different yarns may cross,
+/// so there the points are not farther apart than half a diameter, and the law is sampled an eighth of a diameter apart around each that is
+/// near a touch. A reed bar has no points of its own: the points of the fibers stand for the whole of their contact with it. Friction acts
+/// on material slip: along the touched fiber the change of the closest point's arc length, and across it, the more the steeper the fibers
+/// cross, the slip along the point's own fiber. No rigid motion alters either; parallel fibers are free to roll over one another.
 struct LineContact {
-  std::uint32_t node = 0;     ///< first node of the point's bar
-  std::uint32_t segment = 0;  ///< first node of the touched bar; follows the closest point from step to step
-  std::int32_t image = 0;     ///< the touched fiber is shifted by image * period_y
-  float fraction = 0;         ///< of the point along its bar; 0 for the node itself
-  double asleep_until = 0;    ///< travel of the two bars, summed, before which they can not come near a touch [m]
+  std::uint32_t node = 0;   ///< of the point's span
+  std::uint32_t span = 0;   ///< node of the touched span; follows the closest point from step to step
+  std::int32_t image = 0;   ///< the touched fiber is shifted by image * period_y
+  float at = 0;             ///< of the point along its span: u = -1/2...1/2
+  double asleep_until = 0;  ///< travel of the two spans, summed, before which they can not come near a touch [m]
 };
 
-/// How a contact resists motion, for the bound on the time step: `normal` along a unit vector n, `friction` along the touched bar or, where `all_round`, in every direction
-/// normal to n.
+/// How a contact resists motion, for the bound on the time step: `normal` along a unit vector n, `friction` along the touched bar or, where
+/// `all_round`, in every direction normal to n.
 struct ContactStiffness {
   Eigen::Vector3f n = Eigen::Vector3f::Zero();
   float normal = 0, friction = 0;  ///< [N/m]
@@ -51,10 +51,10 @@ struct ContactStiffness {
 
 /// Reaction of one contact on the touched fiber, gathered later by that fiber's owner.
 struct Reaction {
-  Vec3 on_first, on_second;  ///< on the nodes of the touched bar [N]
+  SpanForce force;  ///< [N]
   ContactStiffness stiffness;
-  float fraction;            ///< 0...1 along that bar
-  std::uint32_t segment;
+  float at;  ///< u on that span
+  std::uint32_t span;
   bool active = false;
 };
 
@@ -71,66 +71,70 @@ struct ActiveContacts {
   std::vector<Reaction> reaction;        ///< those of fiber f's contacts from 2 of[f] on, one after the other
 };
 
-/// Everything within the outer skin is listed at a search; what is within the inner skin is picked from the list more often. What touches is
-/// always among the picked. The reed, which moves much faster than what it passes, has contacts of its own, found anew at each of its picks.
+/// Everything within the outer skin is listed at a search; what is within the inner skin is picked from the list more often. What touches
+/// is always among the picked. The reed, which moves much faster than what it passes, has contacts of its own, found anew at each of its
+/// picks.
 struct ContactList {
   std::vector<LineContact> line;       ///< sorted by node; those picked as they were then
   std::vector<std::uint32_t> line_of;  ///< contacts of fiber f: line_of[f] ... line_of[f+1]-1
   ActiveContacts active;
-  ActiveContacts on_reed;              ///< `number` counts them
+  ActiveContacts on_reed;  ///< `number` counts them
 };
 
-/// Geometry that contact reads: positions, velocities and tangents of the present step. Sizes: nodes.
+/// Geometry that contact reads: the axes of the present step, and how they move. Sizes: nodes.
 struct FiberGeometry {
   std::span<const Vec3> x, v;
-  std::span<const Vec3> bar_tangent;    ///< unit, from a node to the next
-  std::span<const double> bar_length, bar_inverse;  ///< length [m] and 1/length
-  std::span<const Vec3> node_tangent;   ///< unit, from the previous to the next node; kept up by the node-to-node law and at a search only
-  std::span<const double> bend2;        ///< tan^2 of half the angle between the bars that meet in a node; 0 at a fiber's ends
+  std::span<const Span> span;           ///< around each node but ghosts
+  std::span<const Span> rate;           ///< the same of the velocities
   std::span<const double> travel;       ///< longest way that a node near this one can have gone since the start [m]
   std::span<const double> reach_ahead;  ///< longest way that it can have gone after the next step [m]
 };
 
 /// Sums over the contacts owned by one fiber.
 struct ContactSums {
-  double overlap_max = 0;        ///< largest overlap / reach
-  std::uint32_t node_max = 0, segment_max = 0;  ///< where
-  double slip_loss = 0;          ///< energy lost in this step by slip and by change of the friction springs [J]
-  double energy = 0;             ///< only where asked for
-  double friction_store = 0;     ///< only where asked for
+  double overlap_max = 0;                    ///< largest overlap / reach
+  std::uint32_t node_max = 0, span_max = 0;  ///< where
+  double slip_loss = 0;                      ///< energy lost in this step by slip and by change of the friction springs [J]
+  double energy = 0;                         ///< only where asked for
+  double friction_store = 0;                 ///< only where asked for
   std::uint32_t touching = 0;
 };
 
-/// Whether the nodes are the points of the contact of a fiber on another: they are of one yarn, or the law is node-to-node (never on a reed bar).
+/// Share of the contact of two fibers that the points of the first stand for: all or nothing, so that each pair is evaluated once; half for
+/// a fiber on its own images and for the node-to-node law. The fibers of a model take turns by the numbers of yarns and places.
+double share_of_points(const Model& model, std::uint32_t fiber_a, std::uint32_t fiber_b);
+/// Whether the nodes are the points of the contact of a fiber on another: they are of one yarn, or the law is node-to-node (never on a reed
+/// bar).
 bool meets_at_nodes(const Model& model, std::uint32_t fiber_a, std::uint32_t fiber_b);
-/// Distance of a point of `fiber` from the axis of `other` within which the fibers may touch: the point's samples lie to both sides of it [m].
+/// Distance of a point of `fiber` from the axis of `other` within which the fibers may touch: the point's samples lie to both sides of it
+/// [m].
 double touch_reach(const Model& model, std::uint32_t fiber, std::uint32_t other);
 Vec3 contact_point(const FiberGeometry& geometry, const LineContact& contact);
-/// Bars along the touched fiber between two contacts of one point; the largest number if they are not of one point and fiber.
-std::int64_t bars_apart(const Model& model, const LineContact& a, const LineContact& b);
+/// Spans along the touched fiber between two contacts of one point; the largest number if they are not of one point and fiber.
+std::int64_t spans_apart(const Model& model, const LineContact& a, const LineContact& b);
 
-/// Lets a contact without a spring sleep for as long as its fibers, apart by `gap` [m], need to come near a touch. It then costs next to nothing and the
-/// result does not change, as only a contact that is near counts.
+/// Lets a contact without a spring sleep for as long as its fibers, apart by `gap` [m], need to come near a touch. It then costs next to
+/// nothing and the result does not change, as only a contact that is near counts.
 void let_sleep(const FiberGeometry& geometry, double gap, LineContact& contact);
 
 /// Forces of the contacts owned by `fiber` (its points against other fibers). Adds to `force` and `stiffness`
 /// of the fiber's own nodes only, and stores the reactions; so fibers can be evaluated in any order, on any thread, to the same bits.
 ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry, std::uint32_t fiber, double dt, bool with_energy,
-                              ContactList& contacts, std::span<Vec3> force, std::span<DirectionalStiffness> stiffness);
+                              ContactList& contacts, std::span<SpanForce> force, std::span<DirectionalStiffness> stiffness);
 
 /// Adds the stored reactions on `fiber` to its nodes, in a fixed order.
-void gather_reactions(const Model& model, const FiberGeometry& geometry, const ContactList& contacts, std::uint32_t fiber, std::span<Vec3> force,
-                      std::span<DirectionalStiffness> stiffness);
+void gather_reactions(const Model& model, const FiberGeometry& geometry, const ContactList& contacts, std::uint32_t fiber,
+                      std::span<SpanForce> force, std::span<DirectionalStiffness> stiffness);
 
-/// A bent fiber must not push itself: whether a bar of the node's own fiber lies within half a turn of its tightest bend from the node.
-bool within_own_bend(const Model& model, std::uint32_t fiber, std::uint32_t node, std::uint32_t segment, std::int32_t image);
+/// A bent fiber must not push itself: whether a span of the node's own fiber lies within half a turn of its tightest bend from the node.
+bool within_own_bend(const Model& model, std::uint32_t fiber, std::uint32_t node, std::uint32_t span, std::int32_t image);
 
-/// Closest point of the bars around `segment` to a point, starting from `segment` and `image` and walking along the fiber.
-struct PolylinePoint {
-  double fraction = 0;     ///< 0...1 along the bar
-  Vec3 separation;         ///< from the closest point to the point
+/// Closest point of a fiber's axis to a point, starting from `span` and `image` and walking along the fiber.
+struct AxisPoint {
+  double u = 0;     ///< on the span
+  Vec3 separation;  ///< from the closest point to the point
   double distance2 = 0;
 };
-PolylinePoint walk_to_point(const Model& model, const FiberGeometry& geometry, const Vec3& point, std::uint32_t& segment, std::int32_t& image);
+AxisPoint walk_to_point(const Model& model, const FiberGeometry& geometry, const Vec3& point, std::uint32_t& span, std::int32_t& image);
 
 }  // namespace weave

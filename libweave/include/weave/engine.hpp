@@ -20,10 +20,10 @@ struct Drive {
 
 /// Energy that has flowed since the start [J].
 struct Flows {
-  double slip = 0, damping = 0;                            ///< lost by friction and by the mass-proportional damping
-  double axial = 0;  ///< lost in the bars: by the implicit scheme to axial waves faster than the time step, by dashpots if explicit
+  double slip = 0, damping = 0;  ///< lost by friction and by the mass-proportional damping
+  double axial = 0;   ///< lost in the bars: by the implicit scheme to axial waves faster than the time step, by dashpots if explicit
   double guides = 0;  ///< lost where the heddles catch the warp
-  double tension = 0, reed = 0, heddle = 0, take_up = 0;   ///< work put in
+  double tension = 0, reed = 0, heddle = 0, take_up = 0;  ///< work put in
   Flows& operator+=(const Flows& o);
 };
 
@@ -42,38 +42,38 @@ enum class StepStatus { ok, non_finite, overlap_too_deep };
 /// What happened in a step.
 struct StepReport {
   StepStatus status = StepStatus::ok;
-  std::string message;          ///< of a failure: node, yarns, place, step
-  double overlap_max = 0;       ///< largest overlap in sums of two radii
+  std::string message;             ///< of a failure: node, yarns, place, step
+  double overlap_max = 0;          ///< largest overlap in sums of two radii
   Vec3 reed_force = Vec3::Zero();  ///< of the fibers on the reed bars [N]
 };
 
 struct EngineOptions {
-  double skin = 0;             ///< of the contacts that are evaluated [m]
-  double outer_skin = 0;       ///< of the neighbor list that they are picked from; at least twice `skin` [m]
-  double safety = 0.8;         ///< fraction of the stability limit taken as time step
-  double time_step = 0;        ///< [s]; 0: from the stability limit
-  double time_step_max = 1;    ///< [s]
-  double motion_max = std::numeric_limits<double>::infinity();  ///< of any node in one chosen time step [m]
-  double overlap_limit = 0.6;  ///< deepest overlap in sums of two radii before the run is stopped
+  double skin = 0;           ///< of the contacts that are evaluated [m]
+  double outer_skin = 0;     ///< of the neighbor list that they are picked from; at least twice `skin` [m]
+  double safety = 0.8;       ///< fraction of the stability limit taken as time step
+  double time_step = 0;      ///< [s]; 0: from the stability limit
+  double time_step_max = 1;  ///< [s]
+  double motion_max = std::numeric_limits<double>::infinity();    ///< of any node in one chosen time step [m]
+  double overlap_limit = 0.6;                                     ///< deepest overlap in sums of two radii before the run is stopped
   double active_x_max = std::numeric_limits<double>::infinity();  ///< nodes beyond it touch nothing [m]
 };
 
 /// Moving part of a simulation: everything that a checkpoint has to hold, beside the model.
 struct State {
-  double time = 0;         ///< [s]
+  double time = 0;  ///< [s]
   std::int64_t step = 0;
-  double dt = 0;           ///< of the next step [s]
-  double dt_before = 0;    ///< of the last step; 0: none yet, v is at the time of x [s]
-  std::vector<Vec3> x;     ///< (nodes) [m]
-  std::vector<Vec3> v;     ///< (nodes), half a step behind x [m/s]
-  std::vector<double> moved;  ///< (nodes) farthest that a node near this one can have gone since its neighbor search [m]
-  std::vector<Vec3> x_pick;   ///< x when the active contacts were last picked [m]
+  double dt = 0;               ///< of the next step [s]
+  double dt_before = 0;        ///< of the last step; 0: none yet, v is at the time of x [s]
+  std::vector<Vec3> x;         ///< (nodes) [m]
+  std::vector<Vec3> v;         ///< (nodes), half a step behind x [m/s]
+  std::vector<double> moved;   ///< (nodes) farthest that a node near this one can have gone since its neighbor search [m]
+  std::vector<Vec3> x_pick;    ///< x when the active contacts were last picked [m]
   std::vector<double> travel;  ///< (nodes) longest way that a node near this one can have gone [m]
   ContactList contacts;
   Flows flows;
   std::int64_t searches = 0, picks_of_active = 0;
   std::int64_t late_searches = 0;  ///< steps whose contacts came from a list that had run out
-  int calm_steps = 0;      ///< steps since the time step was near its limit
+  int calm_steps = 0;              ///< steps since the time step was near its limit
 };
 
 /// Wall time by stage since the start [s].
@@ -108,13 +108,13 @@ class Engine {
     ContactSums contact;
     Flows flows;
     Ledger stored;
-    double frequency2 = 0;      ///< largest stiffness / mass of a node [1/s^2]
-    double moved_pick2 = 0;     ///< largest squared distance from x_pick
+    double frequency2 = 0;   ///< largest stiffness / mass of a node [1/s^2]
+    double moved_pick2 = 0;  ///< largest squared distance from x_pick
     double speed2 = 0;
     bool finite = true;
   };
   void refresh_geometry(std::uint32_t fiber);
-  void refresh_node_tangents(std::uint32_t fiber);
+  void share_out_span_forces(std::uint32_t fiber);
   void find_ways(std::uint32_t fiber, double dt);
   void add_travel(std::uint32_t fiber);
   void look_ahead(std::uint32_t fiber);
@@ -148,8 +148,10 @@ class Engine {
   double step_limit_ = 0;
   double moved_max_ = 0;       ///< largest of state().moved
   bool list_is_late_ = false;  ///< nodes have moved farther than the contact list in use allows
-  std::vector<Vec3> bar_tangent_, node_tangent_, force_, velocity_change_;
-  std::vector<double> bar_length_, bar_inverse_, bend2_, bar_rate_, bar_energy_, block_speed2_, block_way_, reach_ahead_, tension_;
+  std::vector<Vec3> bar_tangent_, force_, velocity_change_;
+  std::vector<Span> span_, rate_;  ///< of the axes, and of their velocities
+  std::vector<SpanForce> span_force_;
+  std::vector<double> bar_length_, bar_rate_, bar_energy_, block_speed2_, block_way_, reach_ahead_, tension_;
   std::vector<DirectionalStiffness> stiffness_;
   std::vector<double> diagonal_, upper_, multiplier_, corner_;  ///< of the solve for the bars' tensions
   std::vector<std::uint8_t> slack_;                             ///< per bar

@@ -12,29 +12,29 @@ namespace weave {
 /// One warp yarn's place in the loom.
 struct WarpPlace {
   int section = 0;
-  int type = 0;          ///< fiber type in the model
-  double y = 0;          ///< line of the warp [m]
-  double stack_z = 0;    ///< offset of the warp in its section's stack, the same at the fell and at the heddle [m]
-  double tension = 0;    ///< [N]
+  int type = 0;        ///< fiber type in the model
+  double y = 0;        ///< line of the warp [m]
+  double stack_z = 0;  ///< offset of the warp in its section's stack, the same at the fell and at the heddle [m]
+  double tension = 0;  ///< [N]
   int fibers = 0;
-  double width = 0;      ///< its share of the dent's opening [m]
+  double width = 0;  ///< its share of the dent's opening [m]
 };
 
 /// Geometry of the loom derived from a case; constant during a run.
 struct LoomLayout {
   std::vector<std::string> type_names;  ///< yarn types in the order of the model's fiber types (the last type is the reed's)
   std::vector<WarpPlace> warps;
-  WeavingMatrix matrix;                 ///< (picks a cell x warps)
-  std::vector<int> weft_type;           ///< fiber type by layer
-  double start_length = 0;              ///< warp held ends to the fell at the start [m]
-  double stored_length = 0;             ///< warp kept behind the heddle [m]
-  double fiber_diameter = 0;            ///< largest [m]
+  WeavingMatrix matrix;        ///< (picks a cell x warps)
+  std::vector<int> weft_type;  ///< fiber type by layer
+  double start_length = 0;     ///< warp held ends to the fell at the start [m]
+  double stored_length = 0;    ///< warp kept behind the heddle [m]
+  double fiber_diameter = 0;   ///< largest [m]
 };
 
 LoomLayout lay_out(const Case& c);
 
-/// Places of a yarn's fibers in its cross-section, touching but for `gap`: 1, 3, 5 or a centred hexagonal number; an upright block where the
-/// hexagon is wider than `width`. Returns (offset across, offset through the thickness) [m], the innermost first.
+/// Places of a yarn's fibers in its cross-section, touching but for `gap`: 1, 3, 5 or a centred hexagonal number; an upright block where
+/// the hexagon is wider than `width`. Returns (offset across, offset through the thickness) [m], the innermost first.
 std::vector<Eigen::Vector2d> bundle_section(int fibers, double radius, double gap, double width);
 double bundle_height(int fibers, double radius, double width);  ///< [m]
 
@@ -65,8 +65,8 @@ double take_up_progress(const Case& c, const PickTimes& times, double t);  ///< 
 /// Places the weft of `pick` into the open shed, straight across the cell. Throws std::runtime_error if the shed is too low for it.
 void insert_weft(const Case& c, const LoomLayout& layout, int pick, Model& model, State& state);
 
-/// Fills up the stored warp behind the heddle to the layout's stored length. Returns the number of nodes added. Throws std::runtime_error if
-/// one was used up.
+/// Fills up the stored warp behind the heddle to the layout's stored length. Returns the number of nodes added. Throws std::runtime_error
+/// if one was used up.
 std::size_t supply_warp(const Case& c, const LoomLayout& layout, Model& model, State& state);
 
 /// Cuts the cloth at x = plane: warp nodes before it and the wefts numbered below `first_kept_weft` go, the cut ends become held ends.

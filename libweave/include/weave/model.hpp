@@ -21,8 +21,8 @@ struct FiberType {
   double bending_stiffness = 0;   ///< E I of one digital fiber [N m^2]
 };
 
-/// Fibers as chains of nodes, stored fiber after fiber. A periodic fiber (a weft) closes on itself across the cell: its last node is a ghost,
-/// the first node's image at y + period_y. Nothing in here changes between two edits of the topology (at the start of a pick).
+/// Fibers as chains of nodes, stored fiber after fiber. A periodic fiber (a weft) closes on itself across the cell: its last node is a
+/// ghost, the first node's image at y + period_y. Nothing in here changes between two edits of the topology (at the start of a pick).
 struct Model {
   double period_y = 0;         ///< cell width [m]; 0: not periodic
   double friction = 0;         ///< Coulomb coefficient
@@ -33,29 +33,29 @@ struct Model {
 
   /// Heddle plane: behind it a warp is guided in y and z, and touches nothing [m].
   double guide_x = std::numeric_limits<double>::infinity();
-  double guide_ramp = 0;       ///< length over which the guide takes hold behind the plane [m]
+  double guide_ramp = 0;  ///< length over which the guide takes hold behind the plane [m]
 
   std::vector<FiberType> types;
   std::vector<PairLaw> pair_laws;  ///< (types x types)
 
   // per fiber
-  std::vector<std::uint32_t> first;   ///< nodes first[f] ... first[f+1]-1, ghosts included; size fibers + 1
+  std::vector<std::uint32_t> first;  ///< nodes first[f] ... first[f+1]-1, ghosts included; size fibers + 1
   std::vector<Role> role;
   std::vector<std::uint8_t> periodic;
   std::vector<std::uint16_t> type;
-  std::vector<int> yarn;              ///< yarn number; warps 0...n_warps-1, wefts n_warps + pick, reed bars -1
-  std::vector<int> place;             ///< of the fiber in its yarn
-  std::vector<double> end_force;      ///< constant pull along +x at the last node [N]
+  std::vector<int> yarn;                ///< yarn number; warps 0...n_warps-1, wefts n_warps + pick, reed bars -1
+  std::vector<int> place;               ///< of the fiber in its yarn
+  std::vector<double> end_force;        ///< constant pull along +x at the last node [N]
   std::vector<double> guide_stiffness;  ///< of the heddle guide on one node [N/m]; 0: no guide
-  std::vector<double> guide_y;        ///< [m]
-  std::vector<std::uint32_t> points;  ///< on each bar against other yarns: no farther apart than half a diameter
-  std::vector<double> point_length;   ///< rest length of fiber that each of them stands for [m]
+  std::vector<double> guide_y;          ///< [m]
+  std::vector<std::uint32_t> points;    ///< on each bar against other yarns: no farther apart than half a diameter
+  std::vector<double> point_length;     ///< rest length of fiber that each of them stands for [m]
 
   // per node
-  std::vector<double> rest_length;    ///< of the bar from this node to the next [m]; 0 at a fiber's last node
-  std::vector<double> tributary;      ///< rest length of fiber that the node stands for [m]; 0 for a ghost
-  std::vector<double> mass;           ///< lumped [kg]; a ghost has none of its own
-  std::vector<double> inverse_mass;   ///< 0: held, moved at a given velocity
+  std::vector<double> rest_length;   ///< of the bar from this node to the next [m]; 0 at a fiber's last node
+  std::vector<double> tributary;     ///< rest length of fiber that the node stands for [m]; 0 for a ghost
+  std::vector<double> mass;          ///< lumped [kg]; a ghost has none of its own
+  std::vector<double> inverse_mass;  ///< 0: held, moved at a given velocity
   std::vector<std::uint32_t> fiber_of;
 
   [[nodiscard]] std::size_t fibers() const { return role.size(); }
@@ -80,10 +80,10 @@ struct FiberSpec {
   bool periodic = false;  ///< closes across y; `x` without the ghost
   std::uint16_t type = 0;
   int yarn = 0, place = 0;
-  std::vector<Vec3> x;                 ///< nodes [m]
-  std::vector<double> rest_length;     ///< bars; one fewer than nodes, or as many if periodic [m]
+  std::vector<Vec3> x;              ///< nodes [m]
+  std::vector<double> rest_length;  ///< bars; one fewer than nodes, or as many if periodic [m]
   bool hold_first = false, hold_all = false;
-  double end_force = 0;                ///< [N]
+  double end_force = 0;  ///< [N]
   double guide_stiffness = 0, guide_y = 0;
 };
 

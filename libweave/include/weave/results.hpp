@@ -12,9 +12,9 @@ namespace weave {
 /// without a plug-in), the history under /history, and text under /meta.
 struct ResultsFile {
   Snapshot snapshot;
-  History history;           ///< of weaving; empty where the file holds none
-  std::string case_toml;     ///< resolved case
-  std::string version;       ///< program version and source revision
+  History history;        ///< of weaving; empty where the file holds none
+  std::string case_toml;  ///< resolved case
+  std::string version;    ///< program version and source revision
 };
 
 /// Writes aside and renames, so that `file` is either the old or the new one, whole. Throws std::runtime_error naming file and cause.

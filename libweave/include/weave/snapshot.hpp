@@ -25,9 +25,9 @@ struct Snapshot {
   std::vector<double> area;          ///< solid area [m^2]
 
   // per node
-  std::vector<Vec3> x;           ///< [m]
-  std::vector<double> tension;   ///< mean of the adjacent bars [N]
-  std::vector<double> arc;       ///< rest length from the fiber's first node [m]
+  std::vector<Vec3> x;          ///< [m]
+  std::vector<double> tension;  ///< mean of the adjacent bars [N]
+  std::vector<double> arc;      ///< rest length from the fiber's first node [m]
 
   [[nodiscard]] std::size_t fibers() const { return yarn.size(); }
   [[nodiscard]] double stress(std::size_t fiber_index, std::size_t node) const { return tension[node] / area[fiber_index]; }
