@@ -85,7 +85,8 @@ Vec3 point_at_share(const Snapshot& s, std::size_t f, double share) {
 
 }  // namespace
 
-CellMeasures measure_cell(const Snapshot& s) {
+CellMeasures measure_cell(const Snapshot& nodes) {
+  const Snapshot s = on_axis(nodes);
   CellMeasures m;
   double high = -std::numeric_limits<double>::infinity(), low = -high;
   double warp_length = 0, weft_length = 0, warp_stress = 0, weft_stress = 0;

@@ -110,6 +110,9 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
   const bool periodic = m.period_y > 0;
   const int range_y = static_cast<int>(std::ceil(reach_middle / bins_.size.y()));
   std::vector<Candidate> candidates;
+  // Fibers whose own points stand for the contact with this one.
+  std::vector<std::uint8_t> left_to_other(m.fibers());
+  for (std::uint32_t f = 0; f < m.fibers(); ++f) left_to_other[f] = share_of_points(m, fiber, f) == 0;
   // What touched, and whether each is already found again.
   std::vector<Found> held;
   if (!old.active.of.empty()) {
@@ -235,10 +238,11 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
         }
         const std::size_t column = (static_cast<std::size_t>(ix) * bins_.ny + cy) * bins_.nz;
         for (std::uint32_t slot = bins_.start[column + iz0]; slot < bins_.start[column + iz1 + 1]; ++slot) {
+          const std::uint32_t s = bins_.span[slot], other = m.fiber_of[s];
+          if (left_to_other[other]) continue;
           const Vec3 from_middle = folded - Vec3(0, turns * m.period_y, 0) - bins_.middle[slot];
           const double middle2 = from_middle.squaredNorm();
           if (middle2 > reach_middle * reach_middle) continue;
-          const std::uint32_t s = bins_.span[slot];
           const double along = from_middle.dot(bins_.tangent[slot]);
           const double cosine = along_p.dot(bins_.tangent[slot]);
           const double off_line = line_reach + half_bar * std::sqrt(std::max(0.0, 1 - cosine * cosine)) + 0.1 * bar_fiber;
@@ -247,11 +251,10 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
           Vec3 point = x;
           point.y() -= image * m.period_y;
           if (distance_to_span(g.span[s], point) > reach_node) continue;
-          const std::uint32_t other = m.fiber_of[s];
           const bool closed = m.periodic[other];
           const std::int64_t chain =
               static_cast<std::int64_t>(s) - m.first[other] + (closed ? static_cast<std::int64_t>(image) * m.own_nodes(other) : 0);
-          if (share_of_points(m, fiber, other) == 0 || (other == fiber && within_own_bend(m, fiber, p, s, image))) continue;
+          if (other == fiber && within_own_bend(m, fiber, p, s, image)) continue;
           candidates.push_back({other, closed ? 0 : image, chain, s, image});
         }
       }

@@ -189,48 +189,6 @@ Scene colliding_layers(const FiberType& type, int fibers, double speed) {
   return scene;
 }
 
-Scene belt_on_drum(const BeltSpec& spec) {
-  const double turn = spec.wrap / spec.rods;
-  const double bar = spec.drum_radius * std::sin(0.5 * turn), reach = spec.rod_over_bar * bar;
-  FiberType type;
-  type.radius = 0.5 * reach;
-  type.area = 1e-6;
-  type.youngs_modulus = 1e11;
-  type.density = 2500;
-  // A rod's load T turn presses the belt in by a twentieth: f = (pi/2) E_T delta^2 where R = D/2.
-  type.transverse_modulus = spec.tension * turn / (0.5 * std::numbers::pi * std::pow(0.05 * reach, 2));
-  Scene scene = empty_scene(type);
-  scene.model.friction = spec.friction;
-  scene.options.skin = reach;
-  const double stiffness = 2 * spec.tension * turn / (0.05 * reach);
-  scene.options.time_step = 0.3 * std::sqrt(0.5 * type.density * type.area * bar / stiffness);
-  const auto along = [](double angle) { return Vec3(std::cos(angle), std::sin(angle), 0); };
-  const auto outward = [](double angle) { return Vec3(-std::sin(angle), std::cos(angle), 0); };
-  std::vector<Vec3> x;
-  for (int k = 0; k < spec.rods; ++k) {
-    const double angle = (spec.rods - k - 0.5) * turn;  // of the bar on rod k
-    FiberSpec rod;
-    rod.role = weave::Role::reed;
-    const Vec3 axis = spec.drum_radius * outward(angle);
-    rod.x = {axis - spec.drum_radius * Vec3::UnitZ(), axis + spec.drum_radius * Vec3::UnitZ()};
-    rod.rest_length = {2 * spec.drum_radius};
-    rod.hold_all = true;
-    rod.yarn = -1;
-    add(scene, rod);
-    const Vec3 middle = axis + reach * outward(angle);
-    if (k == 0) x.push_back(middle - 0.5 * bar * along(angle) - bar * along(spec.wrap));
-    x.push_back(middle - 0.5 * bar * along(angle));
-    x.push_back(middle + 0.5 * bar * along(angle));
-    if (k + 1 == spec.rods) x.push_back(x.back() + bar * Vec3::UnitX());
-  }
-  FiberSpec belt = chain_through(x);
-  for (double& rest : belt.rest_length) rest /= 1 + spec.tension / (type.youngs_modulus * type.area);
-  belt.hold_first = true;
-  belt.end_force = spec.tension;
-  add(scene, belt);
-  return scene;
-}
-
 Scene plain_weave_cell(const FiberType& type, double pitch, int bars_a_pitch) {
   Scene scene = empty_scene(type);
   const double p = pitch * 2 * type.radius, amplitude = 0.5 * type.radius;

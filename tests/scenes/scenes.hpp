@@ -61,19 +61,6 @@ Scene colliding_layers(const weave::FiberType& type, int fibers, double speed);
 Scene periodic_mesh(const weave::FiberType& type, double period_y, int warps, int wefts, double bar_length, double height,
                     std::uint64_t seed);
 
-struct BeltSpec {
-  int rods = 8;
-  double wrap = 1.5707963267948966;  ///< [rad]
-  double drum_radius = 1e-2;         ///< of the circle of the rods' axes [m]
-  double rod_over_bar = 0.02;        ///< distance of the axes at touch over the length of a bar on a rod
-  double tension = 1;                ///< at the slack end [N]
-  double friction = 0.3;
-};
-
-/// A belt over a drum made of thin fixed rods along z on a circle, each under the middle of a bar of its own; free bars between. The slack
-/// end is pulled along +x, the held first node is the tight end. The belt's fiber is the last.
-Scene belt_on_drum(const BeltSpec& spec);
-
 /// Plain weave: 2 warps and 2 closed wefts of single fibers, sinusoidal, at touch; pitch in diameters.
 Scene plain_weave_cell(const weave::FiberType& type, double pitch, int bars_a_pitch);
 

@@ -48,6 +48,33 @@ TEST(measures, mean_envelopes_are_nearer_than_the_extremes) {
   EXPECT_GT(m.thickness_mean, 1.5e-4);  // a single fiber is pi/4 of 2e-4 thick in the mean
 }
 
+TEST(measures, axis_of_nodes_on_a_parabola_is_that_parabola_farther_in) {
+  weave::Snapshot cell = small_cell();
+  const double bend = 100, h = 1e-4;  // z = bend x^2, whose axis by B-splines over nodes h apart is z = bend (x^2 + h^2/4)
+  for (int k = 0; k <= 10; ++k) cell.x[k].z() = bend * cell.x[k].x() * cell.x[k].x();
+  const weave::Snapshot axis = weave::on_axis(cell);
+  ASSERT_EQ(axis.offset, (std::vector<std::int64_t>{0, 21, 42, 63, 84}));
+  for (int k = 1; k < 20; ++k) {
+    EXPECT_NEAR(axis.x[k].x(), 0.5 * k * h, 1e-15);
+    EXPECT_NEAR(axis.arc[k], 0.5 * k * h, 1e-15);
+    EXPECT_NEAR(axis.x[k].z(), bend * (axis.x[k].x() * axis.x[k].x() + 0.25 * h * h), 1e-15);
+  }
+  EXPECT_EQ(axis.x[0], cell.x[0]);
+  EXPECT_EQ(axis.x[20], cell.x[10]);
+}
+
+TEST(measures, axis_of_a_weft_goes_on_over_its_seam) {
+  weave::Snapshot cell = small_cell();
+  cell.x[22].z() += 8e-6;  // the first node of a weft, and its image
+  cell.x[32].z() += 8e-6;
+  const weave::Snapshot axis = weave::on_axis(cell);
+  EXPECT_NEAR(axis.x[42].z(), 1e-4 + 6e-6, 1e-18);
+  EXPECT_NEAR(axis.x[62].z(), 1e-4 + 6e-6, 1e-18);
+  EXPECT_NEAR(axis.x[44].z(), 1e-4 + 1e-6, 1e-18);
+  EXPECT_NEAR(axis.x[60].z(), 1e-4 + 1e-6, 1e-18);
+  EXPECT_NEAR((axis.x[62] - axis.x[42]).y(), cell.cell_width, 1e-18);
+}
+
 TEST(measures, same_cell_is_steady) {
   const weave::Steadiness s = weave::steadiness(small_cell(), small_cell());
   EXPECT_EQ(s.mean, 0);

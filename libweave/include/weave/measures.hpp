@@ -5,7 +5,7 @@
 
 namespace weave {
 
-/// Geometry of a cloth cell (definitions used everywhere).
+/// Geometry of a cloth cell (definitions used everywhere), by its fibers' smooth axes.
 struct CellMeasures {
   double thickness = 0;                               ///< highest minus lowest fiber surface [m]
   double thickness_mean = 0;                          ///< distance between the mean upper and the mean lower envelope [m]

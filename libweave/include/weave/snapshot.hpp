@@ -33,4 +33,8 @@ struct Snapshot {
   [[nodiscard]] double stress(std::size_t fiber_index, std::size_t node) const { return tension[node] / area[fiber_index]; }
 };
 
+/// The same fibers by points of their smooth axes, the quadratic B-splines over the nodes that touch (axis.hpp): the middles of the bars,
+/// and a point beside each node. The nodes themselves lie outside of a bent axis. An open fiber keeps its end nodes.
+Snapshot on_axis(const Snapshot& snapshot);
+
 }  // namespace weave
