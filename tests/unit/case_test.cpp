@@ -398,7 +398,7 @@ INSTANTIATE_TEST_SUITE_P(Cases, ShippedCase,
 
 TEST(ShippedCases, ExampleOne) {
   const Case c = shipped("example_1");
-  EXPECT_EQ(c.picks_per_cell() * c.cells, 48);
+  EXPECT_EQ(c.picks_per_cell() * c.cells, 64);
   EXPECT_EQ(c.warps(), 14);
   EXPECT_DOUBLE_EQ(c.cell_width(), 7.8e-3);
   EXPECT_DOUBLE_EQ(c.cell_length(), 10.16e-3);
