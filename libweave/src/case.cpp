@@ -95,6 +95,13 @@ Case load_case(const std::filesystem::path& given, const std::vector<std::string
   return parse_case(text, file.string(), overrides);
 }
 
+std::vector<std::string> accuracy_overrides(const std::string& level) {
+  if (level == "draft") return {"numerics.element_length=3", "numerics.safety=0.8"};
+  if (level == "normal") return {"numerics.element_length=2", "numerics.safety=0.8"};
+  if (level == "reference") return {"numerics.element_length=0.5", "numerics.safety=0.4"};
+  throw std::invalid_argument(fmt::format("accuracy \"{}\": must be draft, normal or reference", level));
+}
+
 std::string to_toml(const Case& c) {
   TomlText t;
   t.comment("Lengths in m, linear densities in kg/m, densities in kg/m^3, moduli in Pa, forces in N, speeds in m/s, times in s.");

@@ -236,6 +236,19 @@ TEST(Case, OverridesReplaceTheFilesValues) {
   EXPECT_EQ(c.title, "a = b");
 }
 
+TEST(Case, AccuracySetsElementsAndSteps) {
+  const NumericsSpec defaults;
+  const NumericsSpec draft = parse_case(plain, "plain.toml", accuracy_overrides("draft")).numerics;
+  const NumericsSpec normal = parse_case(plain, "plain.toml", accuracy_overrides("normal")).numerics;
+  const NumericsSpec reference = parse_case(plain, "plain.toml", accuracy_overrides("reference")).numerics;
+  EXPECT_EQ(normal.element_length, defaults.element_length);
+  EXPECT_EQ(normal.safety, defaults.safety);
+  EXPECT_GT(draft.element_length, normal.element_length);
+  EXPECT_LT(reference.element_length, normal.element_length);
+  EXPECT_LT(reference.safety, normal.safety);
+  EXPECT_THROW(accuracy_overrides("fine"), std::invalid_argument);
+}
+
 TEST(Case, MaterialsAreWrittenOnlyWhereGiven) {
   const std::string without = to_toml(parse_case(plain, "plain.toml"));
   for (const char* key : {"material", "[matrix]"}) EXPECT_THAT(without, Not(HasSubstr(key)));

@@ -47,6 +47,19 @@ void add_composite_options(CLI::App& app, heddle::CompositeOptions& o) {
   app.add_flag("--free-z", o.free_z, "top and bottom free of stress, not periodic");
 }
 
+/// Options that change what a case says; a value that is set goes before the accuracy's.
+void add_case_changes(CLI::App& app, std::vector<std::string>& overrides) {
+  app.add_option("--set", overrides, "change a value of the case: key.path=value")->type_name("KEY=VALUE");
+  app.add_option_function<std::string>(
+         "--accuracy",
+         [&overrides](const std::string& level) {
+           const std::vector<std::string> changes = weave::accuracy_overrides(level);
+           overrides.insert(overrides.begin(), changes.begin(), changes.end());
+         },
+         "draft, normal or reference: elements of 3, 2 or 0.5 fiber diameters, and for the last half the time step")
+      ->check(CLI::IsMember({"draft", "normal", "reference"}));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -57,14 +70,14 @@ int main(int argc, char** argv) {
   heddle::CheckOptions check;
   CLI::App* check_app = app.add_subcommand("check", "Read a case and say what would be run");
   check_app->add_option("case", check.case_file, "case file (TOML), or a folder with a case.toml")->required();
-  check_app->add_option("--set", check.overrides, "change a value: key.path=value")->type_name("KEY=VALUE");
+  add_case_changes(*check_app, check.overrides);
   check_app->add_option("--draft", check.draft, "draw the weave into this file (.png, .svg, .pdf)");
 
   heddle::WeaveOptions weave_options;
   CLI::App* weave_app = app.add_subcommand("weave", "Weave a case");
   weave_app->add_option("case", weave_options.case_file, "case file (TOML), or a folder with a case.toml")->required();
   weave_app->add_option("-o,--output", weave_options.output, "results folder (default results/NAME)");
-  weave_app->add_option("--set", weave_options.overrides, "change a value: key.path=value")->type_name("KEY=VALUE");
+  add_case_changes(*weave_app, weave_options.overrides);
   weave_app->add_option("-j,--threads", weave_options.threads, "threads (default all)")->check(CLI::Range(1, 1024));
   weave_app->add_flag("--resume", weave_options.resume, "go on from the checkpoint in the results folder");
   weave_app->add_flag("-q,--quiet", weave_options.quiet, "no progress");
@@ -74,7 +87,7 @@ int main(int argc, char** argv) {
   relax_app->add_option("input", relax.input, "results folder or .vtkhdf file of a woven cell; or a case, to start from its topology")
       ->required();
   relax_app->add_option("-o,--output", relax.output, "results folder (default results/NAME_relaxed)");
-  relax_app->add_option("--set", relax.overrides, "change a value of the case: key.path=value")->type_name("KEY=VALUE");
+  add_case_changes(*relax_app, relax.overrides);
   relax_app->add_option("--fibers", relax.fibers, "digital fibers a yarn, e.g. 37, 61, 127, refined from those of the start")
       ->check(CLI::Range(1, 1000));
   relax_app->add_option("--start-fibers", relax.start_fibers, "digital fibers a yarn of a start from topology (default as in the case)")
@@ -132,7 +145,7 @@ int main(int argc, char** argv) {
       "run", "Weave a case, relax its cell, make the yarns' surfaces and the composite's stiffness, and a page of it all");
   run_app->add_option("case", pipeline.case_file, "case file (TOML), or a folder with a case.toml")->required();
   run_app->add_option("-o,--output", pipeline.output, "results folder (default results/NAME)");
-  run_app->add_option("--set", pipeline.overrides, "change a value: key.path=value")->type_name("KEY=VALUE");
+  add_case_changes(*run_app, pipeline.overrides);
   run_app->add_option("--until", pipeline.until, "last stage")
       ->capture_default_str()
       ->check(CLI::IsMember({"weave", "relax", "envelope", "homogenize"}));

@@ -139,6 +139,10 @@ class CaseError : public std::runtime_error {
 /// on a command line.
 Case load_case(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 
+/// Overrides that set the lengths of elements and steps for a level of accuracy: "draft", "normal" (the defaults) or "reference". Where the
+/// levels lie between run time and error is measured by tests/benchmark/ladder.cpp. Throws std::invalid_argument for another level.
+std::vector<std::string> accuracy_overrides(const std::string& level);
+
 /// Same from text; `file` only names the source in messages.
 Case parse_case(const std::string& text, const std::string& file, const std::vector<std::string>& overrides = {});
 
