@@ -1,5 +1,7 @@
 #include "weave/contact.hpp"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -77,7 +79,7 @@ struct Place {
 };
 
 /// Slip of a place of fiber a on fiber b over a time dt, for the unit normal n from b to a. Fibers that run `side_by_side` only slip along
-/// b.
+/// b, and over one another less as their yarn turns.
 inline Slip slip_of(const FiberGeometry& g, const Place& a, const Place& b, const Vec3& n, double distance, bool side_by_side, double dt) {
   Slip slip;
   const Span &rate_a = g.rate[a.span], &rate_b = g.rate[b.span];
@@ -88,9 +90,8 @@ inline Slip slip_of(const FiberGeometry& g, const Place& a, const Place& b, cons
   slip.arm_b = distance * inverse_b;
   slip.along_b = dt * (relative.dot(slip.t_b) + slip.arm_b * n.dot(rate_b.tangent(b.u)));
   if (side_by_side) {
-    slip.t_a = slip.t_b;
-    slip.cosine = 1;
-    slip.along_a = slip.along_b;
+    slip.t_a = n.cross(slip.t_b);
+    slip.along_a = dt * (relative.dot(slip.t_a) + distance * g.turn[a.span]);
     return slip;
   }
   slip.t_a = g.span[a.span].tangent(a.u);
@@ -166,6 +167,7 @@ struct Target {
   bool with_energy;
   std::span<SpanForce> force;
   std::span<DirectionalStiffness> stiffness;
+  std::span<double> couple;
   Samples offsets = sample_offsets();
 };
 
@@ -345,7 +347,7 @@ void line_contact(const Target& at, LineContact& c, FrictionSpring& spring, cons
   }
   const double arm = apart.norm();
   const Vec3 n = unit_normal(law, apart, arm);
-  const ContactStiffness felt = stiffness_along(n, share * normal.bound, share * friction_stiffness, !one_yarn);
+  const ContactStiffness felt = stiffness_along(n, share * normal.bound, share * friction_stiffness, true);
   const Slip slip = slip_of(g, on_a, on_b, n, arm, one_yarn, at.dt);
   if (m.friction > 0) {
     if (!touches) return part(spring, slip, sums.slip_loss);
@@ -357,6 +359,7 @@ void line_contact(const Target& at, LineContact& c, FrictionSpring& spring, cons
     const double along_b = spring.along - slip.cosine * spring.across;
     const Vec3 drag = along_b * slip.t_b + spring.across * slip.t_a;
     normal.force.add(drag, on_a.u);
+    if (one_yarn) at.couple[p] += arm * spring.across;
     normal.force.add_to_tangent((spring.across * slip.arm_a) * n, on_a.u);
     if (!reaction[0].active) reaction[0] = {{}, felt, static_cast<float>(on_b.u), c.span, true};
     reaction[0].force.add(-drag, on_b.u);
@@ -486,9 +489,10 @@ AxisPoint walk_to_point(const Model& m, const FiberGeometry& g, const Vec3& poin
 }
 
 ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry, std::uint32_t fiber, double dt, bool with_energy,
-                              ContactList& contacts, std::span<SpanForce> force, std::span<DirectionalStiffness> stiffness) {
+                              ContactList& contacts, std::span<SpanForce> force, std::span<DirectionalStiffness> stiffness,
+                              std::span<double> couple) {
   ContactSums sums;
-  const Target at{model, geometry, fiber, dt, with_energy, force, stiffness, sample_offsets()};
+  const Target at{model, geometry, fiber, dt, with_energy, force, stiffness, couple, sample_offsets()};
   std::array<Reaction, 2> reaction;
   for (ActiveContacts* active : {&contacts.active, &contacts.on_reed}) {
     const LineContact* before = nullptr;

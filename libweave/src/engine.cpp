@@ -88,6 +88,7 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   } else {
     index_targets(model_, state_.contacts.active);
     index_targets(model_, state_.contacts.on_reed);
+    turning_.align(model_, state_.x_pick, options_.active_x_max);
     share_out();
   }
 }
@@ -97,7 +98,7 @@ std::pair<Model, State> Engine::release() && {
 }
 
 FiberGeometry Engine::geometry() const {
-  return {state_.x, state_.v, span_, rate_, state_.travel, reach_ahead_};
+  return {state_.x, state_.v, span_, rate_, state_.travel, reach_ahead_, turning_.rate()};
 }
 
 void Engine::refresh_geometry(std::uint32_t f) {
@@ -170,6 +171,7 @@ void Engine::pick() {
   pick_active(model_, g, options_.skin, state_.contacts);
   share_out();
   state_.x_pick = state_.x;
+  turning_.align(model_, state_.x_pick, options_.active_x_max);
   ++state_.picks_of_active;
   times_.search += seconds_since(start);
   pick_reed();
@@ -356,6 +358,7 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
   const double dt = state_.dt, kick = kick_time();
   gather_reactions(model_, geometry(), state_.contacts, f, span_force_, stiffness_);
   share_out_span_forces(f);
+  turning_.add_forces(f, state_.x, force_);
 
   if (model_.role[f] == Role::reed) {
     for (std::uint32_t p = begin; p < end; ++p) {
@@ -546,19 +549,26 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
   const bool with_energy = ledger != nullptr;
   const auto fibers = static_cast<std::uint32_t>(model_.fibers());
   const FiberGeometry g = geometry();
+  const std::span<double> couple = turning_.couple();
   state_.late_searches += list_is_late_;
   const auto start = std::chrono::steady_clock::now();
   std::chrono::steady_clock::time_point middle;
 #pragma omp parallel num_threads(static_cast <int>(share_of_.size()) - 1)
   {
+    if (model_.friction > 0) {
+#pragma omp for schedule(static)
+      for (std::size_t y = 0; y < turning_.yarns(); ++y) turning_.find(model_, y, state_.x, state_.v);
+    }
     each_of_mine([&](std::uint32_t f) {
       for (std::uint32_t p = model_.first[f]; p < model_.first[f + 1]; ++p) {
         force_[p].setZero();
         span_force_[p] = {};
         stiffness_[p] = {};
+        couple[p] = 0;
       }
       per_fiber_[f].flows = {};
-      per_fiber_[f].contact = evaluate_contacts(model_, g, f, state_.dt_before, with_energy, state_.contacts, span_force_, stiffness_);
+      per_fiber_[f].contact =
+          evaluate_contacts(model_, g, f, state_.dt_before, with_energy, state_.contacts, span_force_, stiffness_, couple);
     });
 #pragma omp barrier
 #pragma omp master

@@ -8,7 +8,8 @@
 
 namespace weave {
 
-/// Tangential spring of a contact of fiber a on fiber b. Its force on a is along t_b + across (t_a - (t_a.t_b) t_b), with the tangents t.
+/// Tangential spring of a contact of fiber a on fiber b. Its force on a is along t_b + across (t_a - (t_a.t_b) t_b), with the tangents t;
+/// in the contacts of one yarn's fibers, which run side by side, t_a stands for n x t_b, n the normal.
 struct FrictionSpring {
   double along = 0;      ///< [N]
   double across = 0;     ///< [N]
@@ -20,7 +21,9 @@ struct FrictionSpring {
 /// so there the points are not farther apart than half a diameter, and the law is sampled an eighth of a diameter apart around each that is
 /// near a touch. A reed bar has no points of its own: the points of the fibers stand for the whole of their contact with it. Friction acts
 /// on material slip: along the touched fiber the change of the closest point's arc length, and across it, the more the steeper the fibers
-/// cross, the slip along the point's own fiber. No rigid motion alters either; parallel fibers are free to roll over one another.
+/// cross, the slip along the point's own fiber. Digital fibers, bundles themselves, do not turn about their axes but with their yarn: those
+/// of one yarn slip across by their motion over one another less the turning of the yarn's section (YarnTurning). No rigid motion alters
+/// any of these; parallel fibers of two yarns are free to roll over one another.
 struct LineContact {
   std::uint32_t node = 0;   ///< of the point's span
   std::uint32_t span = 0;   ///< node of the touched span; follows the closest point from step to step
@@ -88,6 +91,7 @@ struct FiberGeometry {
   std::span<const Span> rate;           ///< the same of the velocities
   std::span<const double> travel;       ///< longest way that a node near this one can have gone since the start [m]
   std::span<const double> reach_ahead;  ///< longest way that it can have gone after the next step [m]
+  std::span<const double> turn;         ///< of the yarn's section through the node, about the yarn's axis [rad/s]
 };
 
 /// Sums over the contacts owned by one fiber.
@@ -118,9 +122,11 @@ std::int64_t spans_apart(const Model& model, const LineContact& a, const LineCon
 void let_sleep(const FiberGeometry& geometry, double gap, LineContact& contact);
 
 /// Forces of the contacts owned by `fiber` (its points against other fibers). Adds to `force` and `stiffness`
-/// of the fiber's own nodes only, and stores the reactions; so fibers can be evaluated in any order, on any thread, to the same bits.
+/// of the fiber's own nodes only, and to `couple` what friction does there as the yarn turns (YarnTurning::couple), and stores the
+/// reactions; so fibers can be evaluated in any order, on any thread, to the same bits.
 ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry, std::uint32_t fiber, double dt, bool with_energy,
-                              ContactList& contacts, std::span<SpanForce> force, std::span<DirectionalStiffness> stiffness);
+                              ContactList& contacts, std::span<SpanForce> force, std::span<DirectionalStiffness> stiffness,
+                              std::span<double> couple);
 
 /// Adds the stored reactions on `fiber` to its nodes, in a fixed order.
 void gather_reactions(const Model& model, const FiberGeometry& geometry, const ContactList& contacts, std::uint32_t fiber,

@@ -7,6 +7,7 @@
 #include "weave/contact.hpp"
 #include "weave/model.hpp"
 #include "weave/neighbor_search.hpp"
+#include "weave/yarn_turning.hpp"
 
 namespace weave {
 
@@ -144,6 +145,7 @@ class Engine {
   State state_;
   EngineOptions options_;
   NeighborSearch neighbor_search_;
+  YarnTurning turning_;
   StageTimes times_;
   double step_limit_ = 0;
   double moved_max_ = 0;       ///< largest of state().moved

@@ -1,0 +1,108 @@
+#include "weave/yarn_turning.hpp"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+namespace weave {
+namespace {
+
+constexpr auto none = std::numeric_limits<std::uint32_t>::max();
+
+}  // namespace
+
+void YarnTurning::align(const Model& m, std::span<const Vec3> x, double active_x_max) {
+  std::map<std::pair<Role, int>, std::vector<std::uint32_t>> fibers_of;
+  for (std::uint32_t f = 0; f < m.fibers(); ++f) {
+    if (m.role[f] != Role::reed) fibers_of[{m.role[f], m.yarn[f]}].push_back(f);
+  }
+  yarn_.clear();
+  section_.clear();
+  yarn_of_.assign(m.fibers(), none);
+  start_of_.assign(m.fibers(), 0);
+  rate_.assign(m.nodes(), 0);
+  couple_.assign(m.nodes(), 0);
+  for (const auto& [name, fibers] : fibers_of) {
+    const std::uint32_t f = fibers.front();
+    // Where along the first fiber the others are looked for: near the fell, where yarns are dense.
+    std::uint32_t place = m.first[f];
+    for (std::uint32_t p = place; p < m.first[f] + m.own_nodes(f); ++p) {
+      if (std::abs(x[p].x()) < std::abs(x[place].x())) place = p;
+    }
+    if (m.periodic[f]) place = m.first[f];
+    Yarn yarn;
+    std::uint32_t before = place - m.first[f], after = m.own_nodes(f) - before;
+    for (const std::uint32_t other : fibers) {
+      std::uint32_t beside = m.first[other];
+      for (std::uint32_t p = beside; p < m.first[other] + m.own_nodes(other) && !m.periodic[other]; ++p) {
+        if ((x[p] - x[place]).squaredNorm() < (x[beside] - x[place]).squaredNorm()) beside = p;
+      }
+      yarn.start.push_back(beside);
+      before = std::min(before, beside - m.first[other]);
+      after = std::min(after, m.first[other] + m.own_nodes(other) - beside);
+    }
+    while (after > 0 && x[place + after - 1].x() > active_x_max) --after;
+    yarn.sections = before + after;
+    if (fibers.size() == 1 || yarn.sections < 2) continue;
+    yarn.first = static_cast<std::uint32_t>(section_.size());
+    section_.resize(section_.size() + yarn.sections);
+    for (std::size_t k = 0; k < fibers.size(); ++k) {
+      yarn.start[k] -= before;
+      yarn_of_[fibers[k]] = static_cast<std::uint32_t>(yarn_.size());
+      start_of_[fibers[k]] = yarn.start[k];
+    }
+    yarn_.push_back(std::move(yarn));
+  }
+}
+
+void YarnTurning::find(const Model& m, std::size_t number, std::span<const Vec3> x, std::span<const Vec3> v) {
+  const Yarn& yarn = yarn_[number];
+  if (yarn.sections == 0) return;
+  const double share = 1.0 / static_cast<double>(yarn.start.size());
+  const auto centroid = [&](std::uint32_t i) {
+    Vec3 sum = Vec3::Zero();
+    for (const std::uint32_t start : yarn.start) sum += x[start + i];
+    return Vec3(share * sum);
+  };
+  const bool closed = m.periodic[m.fiber_of[yarn.start.front()]];
+  const Vec3 period(0, closed ? m.period_y : 0, 0);
+  const Vec3 first = centroid(0);
+  Vec3 before = closed ? centroid(yarn.sections - 1) - period : first, here = first;
+  for (std::uint32_t i = 0; i < yarn.sections; ++i) {
+    const bool at_end = i + 1 == yarn.sections;
+    const Vec3 after = !at_end ? centroid(i + 1) : closed ? Vec3(first + period) : here;
+    Section& section = section_[yarn.first + i];
+    section.centroid = here;
+    section.axis = (after - before).normalized();
+    double momentum = 0, inertia = 0;
+    for (const std::uint32_t start : yarn.start) {
+      const Vec3 arm = section.axis.cross(x[start + i] - here);
+      momentum += arm.dot(v[start + i]);
+      inertia += arm.squaredNorm();
+    }
+    section.inverse_inertia = inertia > 0 ? 1 / inertia : 0;
+    const double rate = section.inverse_inertia * momentum;
+    for (const std::uint32_t start : yarn.start) rate_[start + i] = rate;
+    before = here;
+    here = after;
+  }
+}
+
+void YarnTurning::add_forces(std::uint32_t fiber, std::span<const Vec3> x, std::span<Vec3> force) const {
+  if (yarn_of_[fiber] == none) return;
+  const Yarn& yarn = yarn_[yarn_of_[fiber]];
+  for (std::uint32_t i = 0; i < yarn.sections; ++i) {
+    double couple = 0;
+    for (const std::uint32_t start : yarn.start) couple += couple_[start + i];
+    if (couple == 0) continue;
+    const Section& section = section_[yarn.first + i];
+    const std::uint32_t p = start_of_[fiber] + i;
+    force[p] += (couple * section.inverse_inertia) * section.axis.cross(x[p] - section.centroid);
+  }
+}
+
+}  // namespace weave
