@@ -103,10 +103,9 @@ void read_materials(TableReader table, Case& c) {
     m.g12 = material.quantity("g12", Dimension::pressure, positive);
     m.nu12 = material.quantity("nu12", Dimension::number, {-1, 5, true});
     m.nu23 = material.quantity("nu23", Dimension::number, {-1, 1, true, true});
-    const double nu12_bound = std::sqrt(0.5 * (1 - m.nu23) * m.e1 / m.e2);
-    if (std::abs(m.nu12) >= nu12_bound) {
-      material.mistake(
-          "nu12", fmt::format("must be within +-sqrt((1 - nu23) e1 / (2 e2)) = {:.6g}, or the strain energy is not positive", nu12_bound));
+    if (std::abs(m.nu12) >= m.nu12_bound()) {
+      material.mistake("nu12", fmt::format("must be within +-sqrt((1 - nu23) e1 / (2 e2)) = {:.6g}, or the strain energy is not positive",
+                                           m.nu12_bound()));
     }
     material.report_unknown();
     for (const KnownFiber& known : known_fibers()) {

@@ -31,8 +31,8 @@ void check_constants(const TransverseIsotropic& m, const std::string& name) {
   if (!(m.e2 > 0) || !std::isfinite(m.e2)) reject(name, "E2", m.e2, "> 0 Pa");
   if (!(m.g12 > 0) || !std::isfinite(m.g12)) reject(name, "G12", m.g12, "> 0 Pa");
   if (!(std::abs(m.nu23) < 1)) reject(name, "nu23", m.nu23, "> -1 and < 1");
-  const double largest = std::sqrt(0.5 * (1 - m.nu23) * m.e1 / m.e2);
-  if (!(std::abs(m.nu12) < largest)) reject(name, "nu12", m.nu12, "within +-sqrt((1 - nu23) E1 / (2 E2)) = " + std::to_string(largest));
+  if (!(std::abs(m.nu12) < m.nu12_bound()))
+    reject(name, "nu12", m.nu12, "within +-sqrt((1 - nu23) E1 / (2 E2)) = " + std::to_string(m.nu12_bound()));
 }
 
 }  // namespace weave

@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,8 @@ struct TransverseIsotropic {
   double g12 = 0;             ///< [Pa]
   double nu12 = 0, nu23 = 0;  ///< contraction across under a stress along 1, and under one across in the other direction across
   [[nodiscard]] double g23() const { return e2 / (2 * (1 + nu23)); }
+  /// What |nu12| must be below for the strain energy to be positive.
+  [[nodiscard]] double nu12_bound() const { return std::sqrt(0.5 * (1 - nu23) * e1 / e2); }
 };
 TransverseIsotropic isotropic(double e, double nu);
 
