@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "heddle/view.hpp"
+#include "heddle/section_views.hpp"
 #include "relax/compare.hpp"
 #include "relax/version.hpp"
 #include "weave/results.hpp"

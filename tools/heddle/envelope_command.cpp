@@ -5,9 +5,9 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "heddle/section_views.hpp"
 #include "heddle/surface_files.hpp"
 #include "heddle/texgen_file.hpp"
-#include "heddle/view.hpp"
 #include "relax/envelope.hpp"
 #include "relax/relaxed_file.hpp"
 #include "relax/version.hpp"

@@ -1,4 +1,4 @@
-#include "escaped.hpp"
+#include "heddle/escaped.hpp"
 
 namespace heddle {
 

@@ -1,4 +1,4 @@
-#include "homogenize_command.hpp"
+#include "heddle/homogenize_command.hpp"
 
 #include <fmt/format.h>
 

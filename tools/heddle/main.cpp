@@ -5,15 +5,15 @@
 
 #include "heddle/compare_command.hpp"
 #include "heddle/envelope_command.hpp"
-#include "homogenize_command.hpp"
-#include "mesh_command.hpp"
-#include "relax_command.hpp"
-#include "run_command.hpp"
-#include "study_command.hpp"
-#include "view.hpp"
+#include "heddle/homogenize_command.hpp"
+#include "heddle/mesh_command.hpp"
+#include "heddle/relax_command.hpp"
+#include "heddle/run_command.hpp"
+#include "heddle/study_command.hpp"
+#include "heddle/view.hpp"
+#include "heddle/weave_command.hpp"
 #include "weave/case.hpp"
 #include "weave/version.hpp"
-#include "weave_command.hpp"
 
 namespace {
 

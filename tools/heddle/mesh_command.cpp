@@ -1,4 +1,4 @@
-#include "mesh_command.hpp"
+#include "heddle/mesh_command.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "relax_command.hpp"
+#include "heddle/relax_command.hpp"
 
 #include <fmt/format.h>
 #include <omp.h>

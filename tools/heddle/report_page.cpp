@@ -1,4 +1,4 @@
-#include "report_page.hpp"
+#include "heddle/report_page.hpp"
 
 #include <fmt/format.h>
 
@@ -10,8 +10,8 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "base64.hpp"
-#include "escaped.hpp"
+#include "heddle/base64.hpp"
+#include "heddle/escaped.hpp"
 #include "relax/surface_file.hpp"
 
 namespace heddle {

@@ -1,4 +1,4 @@
-#include "run_command.hpp"
+#include "heddle/run_command.hpp"
 
 #include <fmt/format.h>
 
@@ -10,14 +10,14 @@
 #include <stdexcept>
 
 #include "heddle/envelope_command.hpp"
-#include "homogenize_command.hpp"
-#include "relax_command.hpp"
-#include "report_page.hpp"
-#include "view.hpp"
+#include "heddle/homogenize_command.hpp"
+#include "heddle/relax_command.hpp"
+#include "heddle/report_page.hpp"
+#include "heddle/view.hpp"
+#include "heddle/weave_command.hpp"
 #include "weave/case.hpp"
 #include "weave/results.hpp"
 #include "weave/version.hpp"
-#include "weave_command.hpp"
 
 namespace heddle {
 namespace {

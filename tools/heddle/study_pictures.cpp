@@ -8,8 +8,8 @@
 
 #include "heddle/picture.hpp"
 #include "heddle/plot.hpp"
+#include "heddle/section_views.hpp"
 #include "heddle/study_report.hpp"
-#include "heddle/view.hpp"
 
 namespace heddle {
 namespace {

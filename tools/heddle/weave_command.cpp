@@ -1,4 +1,4 @@
-#include "weave_command.hpp"
+#include "heddle/weave_command.hpp"
 
 #include <fmt/format.h>
 #include <omp.h>
@@ -6,7 +6,7 @@
 #include <atomic>
 #include <csignal>
 
-#include "draft.hpp"
+#include "heddle/draft.hpp"
 #include "weave/case.hpp"
 #include "weave/weaving_run.hpp"
 
