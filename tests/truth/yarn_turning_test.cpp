@@ -138,4 +138,45 @@ TEST(yarn_turning, keeps_momentum_and_energy) {
   EXPECT_LT((angular_after - angular).norm(), 1e-7 * angular.norm());  // exact for parallel fibers; these end bent
 }
 
+/// By how much the outer two of three fibers piled up between plates of bars part as a reed presses on the pile along -x by `depth` [m].
+double spread_of_pile(double friction, double depth) {
+  Scene scene = empty_scene(glass_fiber(0.5 * d));
+  scene.model.friction = friction;
+  scene.model.damping = 2e4;
+  const double height = std::sqrt(0.75) * d;
+  const int bars = 6;
+  for (const bool above : {true, false}) {
+    for (int i = 0; i <= bars; ++i) {
+      const Vec3 middle(above ? height + d : -d, (i - 0.5 * bars) * d, 0);
+      weave::FiberSpec bar = chain_through({middle - 5 * d * Vec3::UnitZ(), middle + 5 * d * Vec3::UnitZ()}, above ? -1 : i);
+      bar.role = above ? weave::Role::reed : weave::Role::warp;
+      bar.hold_all = true;
+      add(scene, bar);
+    }
+  }
+  for (int k = 0; k < 3; ++k) {
+    std::vector<Vec3> x;
+    for (int i = 0; i <= bars; ++i) x.emplace_back(k == 2 ? height : 0, (i - 0.5 * bars) * d, (k == 0 ? -0.5 : k == 1 ? 0.5 : 0) * d);
+    weave::FiberSpec fiber = chain_through(x, 100);
+    fiber.role = weave::Role::weft;
+    fiber.place = k;
+    add(scene, fiber);
+  }
+  weave::Engine engine = scene.engine();
+  weave::Drive drive = at_rest(scene.model);
+  const double speed = 0.01;
+  drive.reed_velocity = -speed * Vec3::UnitX();
+  while (engine.state().time < depth / speed) EXPECT_EQ(engine.step(drive).status, weave::StepStatus::ok);
+  const std::uint32_t left = engine.model().first[2 * (bars + 1)], right = engine.model().first[2 * (bars + 1) + 1];
+  return engine.state().x[right + bars / 2].z() - engine.state().x[left + bars / 2].z() - d;
+}
+
+TEST(yarn_turning, a_pile_of_three_holds_from_coulombs_limit_on) {
+  // Pushed by a force at 30 degrees from the vertical and held by friction there and on the plate: tan 15 degrees = 0.268 (of rods that do
+  // not turn as of rods that roll). Below it the pile collapses, by 2 sqrt(3) of the depth at first; above it gives way as its contacts do.
+  const double depth = 0.05 * d, collapse = 2 * std::sqrt(3) * depth;
+  EXPECT_GT(spread_of_pile(0.25, depth), 0.6 * collapse);
+  EXPECT_LT(spread_of_pile(0.3, depth), 0.2 * collapse);
+}
+
 }  // namespace
