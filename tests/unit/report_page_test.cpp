@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <string>
 
 #include "heddle/base64.hpp"
 #include "weave/results.hpp"
@@ -35,7 +36,9 @@ class ReportPage : public ::testing::Test {
   }
   ~ReportPage() override { std::filesystem::remove_all(folder_); }
 
-  std::filesystem::path folder_ = std::filesystem::temp_directory_path() / "heddle_report_page_test";
+  // Of this test alone, as tests run beside one another.
+  std::filesystem::path folder_ = std::filesystem::path(::testing::TempDir()) /
+                                  (std::string("heddle_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
 };
 
 TEST_F(ReportPage, holds_keys_and_pictures_and_needs_no_other_file) {
