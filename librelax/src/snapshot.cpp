@@ -8,27 +8,33 @@
 namespace relax {
 namespace {
 
-/// A point of a fiber's axis, at the middle of a span.
+/// A point of a fiber's axis.
 struct AxisPoint {
   Vec3 x;
   double tension, arc;
 };
 
-/// The endless chain of a fiber, point by point.
+/// The endless axis of a fiber, by the middles of its spans, beside the nodes, and the joints between these.
 class Walk {
  public:
   Walk(const Cell& cell, const Eigen::VectorXd& q, const std::vector<double>& tension, std::size_t f)
       : cell_(cell), q_(q), tension_(tension), node_(cell.first[f]), period_(cell.period(f)) {}
   [[nodiscard]] AxisPoint here() const {
-    return {axis_point(cell_, q_, node_, 0.5) + wrap_ * period_, 0.5 * (tension_[node_] + tension_[cell_.before(node_).node]), arc_};
+    const Vec3 x = axis_point(cell_, q_, node_, at_joint_ ? 1 : 0.5) + wrap_ * period_;
+    if (at_joint_) return {x, tension_[node_], arc_ + 0.5 * cell_.rest_length[node_]};
+    return {x, 0.5 * (tension_[node_] + tension_[cell_.before(node_).node]), arc_};
   }
   void forward() {
+    at_joint_ = !at_joint_;
+    if (at_joint_) return;
     arc_ += cell_.rest_length[node_];
     const Cell::ChainNode n = cell_.after(node_);
     node_ = n.node;
     wrap_ += n.wrap;
   }
   void back() {
+    at_joint_ = !at_joint_;
+    if (!at_joint_) return;
     const Cell::ChainNode n = cell_.before(node_);
     node_ = n.node;
     wrap_ += n.wrap;
@@ -40,6 +46,7 @@ class Walk {
   const Eigen::VectorXd& q_;
   const std::vector<double>& tension_;
   std::uint32_t node_;
+  bool at_joint_ = false;  ///< after the node
   int wrap_ = 0;
   double arc_ = 0;
   Vec3 period_;
@@ -60,6 +67,7 @@ weave::Snapshot snapshot_of(const Cell& cell, const Eigen::VectorXd& q) {
   weave::Snapshot s;
   s.cell_width = cell.length_y;
   s.cell_length = s.x_max = cell.length_x;
+  s.along_axis = true;
   s.offset.push_back(0);
   for (std::size_t f = 0; f < cell.fibers(); ++f) {
     s.yarn.push_back(cell.yarn[f]);
@@ -70,7 +78,7 @@ weave::Snapshot snapshot_of(const Cell& cell, const Eigen::VectorXd& q) {
     std::vector<AxisPoint> points;
     Walk walk(cell, q, tension, f);
     if (cell.weft[f]) {
-      for (std::uint32_t i = 0; i <= cell.nodes_of(f); ++i, walk.forward()) points.push_back(walk.here());
+      for (std::uint32_t i = 0; i <= 2 * cell.nodes_of(f); ++i, walk.forward()) points.push_back(walk.here());
     } else {
       while (walk.here().x.x() >= 0) walk.back();
       AxisPoint before = walk.here();

@@ -258,6 +258,7 @@ weave::Snapshot snapshot_of(const std::vector<YarnFibers>& yarns, const weave::S
   s.cell_length = cell.cell_length;
   s.x_min = cell.x_min;
   s.x_max = cell.x_max;
+  s.along_axis = cell.along_axis;
   s.offset = {0};
   for (const YarnFibers& yarn : yarns)
     for (std::size_t f = 0; f < yarn.size(); ++f) {

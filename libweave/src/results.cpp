@@ -99,6 +99,7 @@ void write_snapshot(Hdf5File& file, const Snapshot& s) {
   file.write<double>("/VTKHDF/FieldData/cell_length_m", {s.cell_length});
   file.write<double>("/VTKHDF/FieldData/x_min_m", {s.x_min});
   file.write<double>("/VTKHDF/FieldData/x_max_m", {s.x_max});
+  file.write<std::uint8_t>("/VTKHDF/FieldData/along_axis", {static_cast<std::uint8_t>(s.along_axis)});
 }
 
 template <class T>
@@ -117,6 +118,8 @@ Snapshot read_snapshot(const Hdf5File& file, const std::filesystem::path& name) 
   s.cell_length = read_one<double>(file, name, "/VTKHDF/FieldData/cell_length_m");
   s.x_min = read_one<double>(file, name, "/VTKHDF/FieldData/x_min_m");
   s.x_max = read_one<double>(file, name, "/VTKHDF/FieldData/x_max_m");
+  const char* const along_axis = "/VTKHDF/FieldData/along_axis";
+  s.along_axis = file.has(along_axis) && read_one<std::uint8_t>(file, name, along_axis) != 0;
 
   s.offset = file.read<std::int64_t>("/VTKHDF/Offsets");
   s.yarn = file.read<std::int32_t>("/VTKHDF/CellData/yarn");

@@ -5,7 +5,9 @@
 namespace weave {
 
 Snapshot on_axis(const Snapshot& s) {
+  if (s.along_axis) return s;
   Snapshot r = s;
+  r.along_axis = true;
   r.offset.assign(1, 0);
   r.x.clear();
   r.tension.clear();

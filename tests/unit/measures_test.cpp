@@ -61,6 +61,7 @@ TEST(measures, axis_of_nodes_on_a_parabola_is_that_parabola_farther_in) {
   }
   EXPECT_EQ(axis.x[0], cell.x[0]);
   EXPECT_EQ(axis.x[20], cell.x[10]);
+  EXPECT_EQ(weave::on_axis(axis).x, axis.x);
 }
 
 TEST(measures, axis_of_a_weft_goes_on_over_its_seam) {

@@ -40,6 +40,7 @@ void expect_equal(const Snapshot& a, const Snapshot& b) {
   EXPECT_EQ(a.cell_length, b.cell_length);
   EXPECT_EQ(a.x_min, b.x_min);
   EXPECT_EQ(a.x_max, b.x_max);
+  EXPECT_EQ(a.along_axis, b.along_axis);
   EXPECT_EQ(a.offset, b.offset);
   EXPECT_EQ(a.yarn, b.yarn);
   EXPECT_EQ(a.fiber, b.fiber);
@@ -57,6 +58,7 @@ TEST_F(ResultsTest, SnapshotAndHistorySurviveARoundTrip) {
   written.snapshot = make_synthetic_cloth({.warps = 8, .columns = 8, .cells = 6, .elements_per_pitch = 30});
   ASSERT_GT(written.snapshot.x.size(), 32768U);
   written.snapshot.tension[5] = std::numeric_limits<double>::denorm_min();
+  written.snapshot.along_axis = true;
   written.history = make_synthetic_history(3);
   written.case_toml = "name = \"synthetic\"\n";
   written.version = "0.1.0 (µ)";

@@ -120,7 +120,8 @@ int envelope_command(const EnvelopeCommandOptions& options) {
   envelope.ball_radius = options.ball_radius;
   envelope.gap = options.gap;
   const std::string blocked_by = expect_converged(file, options.unconverged);
-  const weave::ResultsFile results = weave::read_results(file);
+  weave::ResultsFile results = weave::read_results(file);
+  results.snapshot = weave::on_axis(results.snapshot);
   const std::string case_name =
       results.case_toml.empty() ? file.stem().string() : weave::parse_case(results.case_toml, file.string() + ": /meta/case_toml").name;
   const relax::Envelopes envelopes = relax::make_envelopes(results.snapshot, envelope);

@@ -74,9 +74,9 @@ std::size_t end_node(const Snapshot& s, std::size_t fiber) {
 }
 
 Scene make_scene(const weave::ResultsFile& results, const PageStyle& style) {
-  Scene scene{.snapshot = results.snapshot, .spec = {}, .by_stress = style.by_stress, .stress = {}};
+  Scene scene{.snapshot = weave::on_axis(results.snapshot), .spec = {}, .by_stress = style.by_stress, .stress = {}};
   if (!results.case_toml.empty()) scene.spec = weave::parse_case(results.case_toml, "/meta/case_toml");
-  if (scene.by_stress) scene.stress = stress_range(results.snapshot);
+  if (scene.by_stress) scene.stress = stress_range(scene.snapshot);
   for (std::size_t fiber = 0; fiber < results.snapshot.fibers(); ++fiber)
     if (results.snapshot.weft[fiber] == 0) scene.warps = std::max(scene.warps, results.snapshot.yarn[fiber] + 1);
   scene.width_px = style.width_px;

@@ -31,7 +31,7 @@ struct Range {
 
 /// What the pictures of one snapshot have in common.
 struct Scene {
-  const weave::Snapshot& snapshot;
+  weave::Snapshot snapshot;         ///< along the fibers' axes
   std::optional<weave::Case> spec;  ///< of the run, where the file tells
   bool by_stress = false;
   Range stress;   ///< of the color scale [Pa]

@@ -9,8 +9,9 @@
 
 namespace relax {
 
-/// Fibers as poly-lines through their axes, a point for each node: warps from the face x = 0 to the face x = length_x, wefts from a point
-/// to its image. Tensions are the means of the bars beside a node; arc is along the rest lengths given, drawn-in length left out.
+/// Fibers as poly-lines along their axes, a point beside each node and one between each two: warps from the face x = 0 to the face x =
+/// length_x, wefts from a point to its image. Tensions are the means of the bars beside a node; arc is along the rest lengths given,
+/// drawn-in length left out.
 weave::Snapshot snapshot_of(const Cell& cell, const Eigen::VectorXd& q);
 
 /// For each warp yarn and each weft yarn (n_warps x n_wefts, yarns by rising number): +1 where the warp passes over the weft, else -1, by

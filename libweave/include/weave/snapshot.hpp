@@ -24,6 +24,8 @@ struct Snapshot {
   std::vector<double> radius;        ///< [m]
   std::vector<double> area;          ///< solid area [m^2]
 
+  bool along_axis = false;  ///< whether the nodes lie on the fibers' smooth axes; if not, these are B-splines over them (on_axis)
+
   // per node
   std::vector<Vec3> x;          ///< [m]
   std::vector<double> tension;  ///< mean of the adjacent bars [N]
@@ -34,7 +36,8 @@ struct Snapshot {
 };
 
 /// The same fibers by points of their smooth axes, the quadratic B-splines over the nodes that touch (axis.hpp): the middles of the bars,
-/// and a point beside each node. The nodes themselves lie outside of a bent axis. An open fiber keeps its end nodes.
+/// and a point beside each node. The nodes themselves lie outside of a bent axis. An open fiber keeps its end nodes. A snapshot along the
+/// axes stays as it is.
 Snapshot on_axis(const Snapshot& snapshot);
 
 }  // namespace weave
