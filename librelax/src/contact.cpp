@@ -81,7 +81,7 @@ void evaluate(const Cell& cell, const ContactList& list, const SpanContact& cont
     const ChainPoint at = closest_on_chain(cell, q, own.point(u), contact.other, shift);
     const double distance2 = at.separation.squaredNorm();
     const bool touches = at.found && distance2 < law.reach * law.reach;
-    if (state.want_touches) state.touches.push_back(touches);
+    if (state.want_overlaps) state.overlaps.push_back(at.found ? law.reach - std::sqrt(distance2) : -law.reach);
     if (!touches) continue;
     const double distance = std::sqrt(distance2), overlap = law.reach - distance;
     part.energy += weight * law.line_energy(overlap);
@@ -176,14 +176,14 @@ double contact_energy(const Cell& cell, const ContactList& list, const Eigen::Ve
 #pragma omp parallel for schedule(dynamic, 1) if (want.hessian == nullptr)
   for (std::size_t p = 0; p < work_parts; ++p) {
     if (want.gradient) part[p].gradient = Eigen::VectorXd::Zero(q.size());
-    part[p].state.want_touches = state && state->want_touches;
+    part[p].state.want_overlaps = state && state->want_overlaps;
     for (std::size_t i = p * list.contacts.size() / work_parts; i < (p + 1) * list.contacts.size() / work_parts; ++i) {
       const SpanContact& contact = list.contacts[i];
       const double other = std::max({way[cell.before(contact.other).node], way[contact.other], way[cell.after(contact.other).node]});
       if (list.gap[i] > way[contact.span] + other) {  // the points can not have come to a touch
-        if (part[p].state.want_touches)
-          part[p].state.touches.insert(part[p].state.touches.end(),
-                                       static_cast<std::size_t>(samples_on(cell, contact.span, contact.other, list.sampling)), 0);
+        if (part[p].state.want_overlaps)
+          part[p].state.overlaps.insert(part[p].state.overlaps.end(),
+                                        static_cast<std::size_t>(samples_on(cell, contact.span, contact.other, list.sampling)), 0);
         continue;
       }
       evaluate(cell, list, contact, q, want, part[p]);
@@ -195,7 +195,7 @@ double contact_energy(const Cell& cell, const ContactList& list, const Eigen::Ve
     if (want.gradient) *want.gradient += p.gradient;
     if (!state) continue;
     state->touching += p.state.touching;
-    state->touches.insert(state->touches.end(), p.state.touches.begin(), p.state.touches.end());
+    state->overlaps.insert(state->overlaps.end(), p.state.overlaps.begin(), p.state.overlaps.end());
     if (p.state.overlap_max <= state->overlap_max) continue;
     state->overlap_max = p.state.overlap_max;
     state->node_max = p.state.node_max;

@@ -134,7 +134,7 @@ class Minimization {
       const Eigen::VectorXd newton = solve();
       c.newton_step_max = newton.cwiseAbs().maxCoeff(&at) / scale_.diameter_min;
       c.energy_error = -0.5 * gradient_.dot(newton);
-      c.contacts_steady = touches_at(result_.q) == touches_at(result_.q + newton);
+      c.contacts_steady = same_contacts(overlaps_at(result_.q), overlaps_at(result_.q + newton));
     }
     if (!std::isfinite(result_.energy.sum()) || !gradient_.allFinite()) {
       c.blocked_by = "the state is not finite";
@@ -255,11 +255,21 @@ class Minimization {
     return cholesky_->solve(-gradient_);
   }
 
-  std::vector<std::uint8_t> touches_at(const Eigen::VectorXd& q) const {
+  std::vector<double> overlaps_at(const Eigen::VectorXd& q) const {
     ContactState state;
-    state.want_touches = true;
+    state.want_overlaps = true;
     contact_energy(cell_, list_, q, {}, &state);
-    return state.touches;
+    return state.overlaps;
+  }
+
+  /// Whether no contact opens or closes from one state to another. One that just touches in both, by less than the tolerance of a step, has
+  /// neither force nor stiffness that counts.
+  [[nodiscard]] bool same_contacts(const std::vector<double>& a, const std::vector<double>& b) const {
+    const double touch = options_.step_tolerance * scale_.diameter_min;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      if ((a[i] > 0) != (b[i] > 0) && std::max(std::abs(a[i]), std::abs(b[i])) > touch) return false;
+    }
+    return true;
   }
 
   void note(double step_max, double shift, bool convex) {

@@ -61,9 +61,9 @@ struct EnergyParts {
 struct ContactState {
   double overlap_max = 0;  ///< in sums of two radii
   std::uint32_t node_max = 0, other_max = 0;
-  std::size_t touching = 0;           ///< sample points
-  std::vector<std::uint8_t> touches;  ///< per listed contact and sample; only where asked for
-  bool want_touches = false;
+  std::size_t touching = 0;      ///< sample points
+  std::vector<double> overlaps;  ///< per listed contact and sample, below 0 where apart; only where asked for [m]
+  bool want_overlaps = false;
 };
 
 /// Bars between the nodes: U = E A rho psi(e), e = l/rho - 1, with rho the rest length; psi'' = 1 in tension and the compression factor in

@@ -88,7 +88,7 @@ struct Certificate {
   bool neutral = false;  ///< it is not, but is with a millionth of the reference tension over the diameter added to its diagonal: a fiber
                          ///< that is slack, or that nothing touches, is not held
   double newton_step_max = 0;    ///< largest component of its Newton step [smallest fiber diameters]
-  bool contacts_steady = false;  ///< no contact point opens or closes in that step
+  bool contacts_steady = false;  ///< no contact point opens or closes in that step, from or to farther than the tolerance of the step
   double pin_force_max = 0;      ///< largest force of a pin over the reference tension: what the pins against sliding hold
   double energy_error = 0;       ///< 1/2 g H^-1 g, by which the energy lies above the minimum of its parabola; infinite without one [J]
   bool converged = false;        ///< all of it holds
