@@ -78,8 +78,8 @@ struct Place {
   double u;
 };
 
-/// Slip of a place of fiber a on fiber b over a time dt, for the unit normal n from b to a. Fibers that run `side_by_side` only slip along
-/// b, and over one another less as their yarn turns.
+/// Slip of a place of fiber a on fiber b over a time dt, for the unit normal n from b to a. Fibers that run `side_by_side` slip along
+/// b, and over one another by what their yarn's turning does not explain.
 inline Slip slip_of(const FiberGeometry& g, const Place& a, const Place& b, const Vec3& n, double distance, bool side_by_side, double dt) {
   Slip slip;
   const Span &rate_a = g.rate[a.span], &rate_b = g.rate[b.span];

@@ -358,7 +358,7 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
   const double dt = state_.dt, kick = kick_time();
   gather_reactions(model_, geometry(), state_.contacts, f, span_force_, stiffness_);
   share_out_span_forces(f);
-  turning_.add_forces(f, state_.x, force_);
+  if (model_.friction > 0) turning_.add_forces(f, state_.x, force_);
 
   if (model_.role[f] == Role::reed) {
     for (std::uint32_t p = begin; p < end; ++p) {

@@ -61,7 +61,6 @@ void YarnTurning::align(const Model& m, std::span<const Vec3> x, double active_x
 
 void YarnTurning::find(const Model& m, std::size_t number, std::span<const Vec3> x, std::span<const Vec3> v) {
   const Yarn& yarn = yarn_[number];
-  if (yarn.sections == 0) return;
   const double share = 1.0 / static_cast<double>(yarn.start.size());
   const auto centroid = [&](std::uint32_t i) {
     Vec3 sum = Vec3::Zero();

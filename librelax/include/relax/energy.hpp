@@ -62,7 +62,7 @@ struct ContactState {
   double overlap_max = 0;  ///< in sums of two radii
   std::uint32_t node_max = 0, other_max = 0;
   std::size_t touching = 0;      ///< sample points
-  std::vector<double> overlaps;  ///< per listed contact and sample, below 0 where apart; only where asked for [m]
+  std::vector<double> overlaps;  ///< per listed contact and sample, at most 0 where apart; only where asked for [m]
   bool want_overlaps = false;
 };
 
