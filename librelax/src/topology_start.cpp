@@ -94,7 +94,7 @@ CellFiber fiber_along(std::vector<Vec3> x, const Vec3& period) {
 std::pair<Cell, std::vector<Vec3>> cell_from_topology(const weave::Case& c, const TopologyOptions& options) {
   if (!(options.warp_tension > 0 && options.weft_tension > 0))
     throw std::invalid_argument("a start from topology needs tensions > 0 for warp and weft");
-  const auto positions = weave::positions_from_weaving_matrix(c.matrix(), c.layers);
+  const auto positions = weave::positions_from_weaving_matrix(c.matrix(), c.layers, c.insertion_order);
   if (!positions) throw std::invalid_argument("a start from topology needs a weaving matrix that warp positions describe");
   const weave::LoomLayout layout = weave::lay_out(c);
   const Stack stack = stack_up(c, *positions);
@@ -138,7 +138,7 @@ std::pair<Cell, std::vector<Vec3>> cell_from_topology(const weave::Case& c, cons
     });
   }
   for (int pick = 0; pick < c.picks_per_cell(); ++pick) {
-    const auto layer = static_cast<std::size_t>(pick % c.layers);
+    const auto layer = static_cast<std::size_t>(c.layer_of_pick(pick));
     const double column_x = (pick / c.layers + 0.5) / c.columns * cell.length_x;
     add_yarn(true, layout.weft_type[layer], warps + pick, options.weft_tension,
              [&](double share) { return Vec3(column_x, share * cell.length_y, stack.weft_z[layer]); });

@@ -107,7 +107,7 @@ WovenStart cell_from_woven(const weave::Case& c, const weave::Snapshot& woven, c
     const bool weft = woven.weft[f] != 0;
     const int yarn = woven.yarn[f];
     const int type =
-        weft ? layout.weft_type[static_cast<std::size_t>((yarn - warps) % c.layers)] : layout.warps[static_cast<std::size_t>(yarn)].type;
+        weft ? layout.weft_type[static_cast<std::size_t>(c.layer_of_pick(yarn - warps))] : layout.warps[static_cast<std::size_t>(yarn)].type;
     const Range range = nodes_of(woven, f);
     const Vec3 mismatch = weft ? mismatch_of(woven, f, next, along_y) : Vec3(mismatch_of(woven, f, next, along_x) - lean);
     const double diameter = 2 * cell.types[static_cast<std::size_t>(type)].radius;

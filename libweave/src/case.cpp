@@ -39,6 +39,7 @@ class TomlText {
   void comment(const std::string& text) { text_ += fmt::format("# {}\n", text); }
   void raw(const char* key, const std::string& value) { text_ += fmt::format("{} = {}\n", key, value); }
   void write(const char* key, const std::string& value) { raw(key, quoted(value)); }
+  void write(const char* key, const char* value) { write(key, std::string(value)); }
   void write(const char* key, int value) { raw(key, fmt::format("{}", value)); }
   void write(const char* key, bool value) { raw(key, value ? "true" : "false"); }
   /// Shortest decimal that reads back as the same double.
@@ -79,6 +80,10 @@ double Case::cell_length() const {
   return columns * take_up.length;
 }
 
+int Case::layer_of_pick(int pick) const {
+  return weave::layer_of_pick(pick, layers, insertion_order);
+}
+
 WeavingMatrix Case::matrix() const {
   std::vector<WeavingMatrix> matrices;
   for (const WarpSection& section : sections) matrices.push_back(section.matrix);
@@ -111,6 +116,7 @@ std::string to_toml(const Case& c) {
   t.heading("[fabric]");
   t.write("layers", c.layers);
   t.write("columns", c.columns);
+  t.write("insertion_order", c.insertion_order == InsertionOrder::alternating ? "alternating" : "top_first");
   t.write("cells", c.cells);
   t.write("kept_cells", c.kept_cells);
   t.write("friction", c.friction);

@@ -206,7 +206,7 @@ void read_sections(std::vector<TableReader>& tables, Case& c) {
     section.tension = table.quantity("tension", Dimension::force, positive, c.loom.tension);
     if (table.first_of("positions", "matrix", true)) {
       const PositionMatrix positions = read_positions(table, c.layers);
-      if (c.layers != wrong_integer && positions.size() > 0) section.matrix = weaving_matrix_from_positions(positions, c.layers);
+      if (c.layers != wrong_integer && positions.size() > 0) section.matrix = weaving_matrix_from_positions(positions, c.layers, c.insertion_order);
     } else if (table.find("matrix") && !table.find("positions")) {
       section.matrix = read_matrix(table);
     }
@@ -442,6 +442,9 @@ Case parse_case(const std::string& text, const std::string& file, const std::vec
   c.title = top.text("title", c.name);
   TableReader fabric = top.table("fabric");
   c.layers = fabric.integer("layers", 1, 10000);
+  if (fabric.choice("insertion_order", {"top_first", "alternating"}, "top_first") == "alternating") {
+    c.insertion_order = InsertionOrder::alternating;
+  }
   c.cells = fabric.integer("cells", 1, 1000000, c.cells);
   c.kept_cells = fabric.integer("kept_cells", 1, 1000000, c.kept_cells);
   c.friction = fabric.quantity("friction", Dimension::number, {0, 10}, c.friction);

@@ -361,7 +361,7 @@ double take_up_progress(const Case& c, const PickTimes& times, double t) {
 
 void insert_weft(const Case& c, const LoomLayout& layout, int pick, Model& m, State& s) {
   const int row = pick % c.picks_per_cell();
-  const int layer = row % c.layers;
+  const int layer = c.layer_of_pick(row);
   const std::string& yarn_name = c.weft.yarn_of_layer[layer];
   const YarnType& yarn = c.yarns.at(yarn_name);
   const int type_number = layout.weft_type[layer];

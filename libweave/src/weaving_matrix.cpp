@@ -6,22 +6,29 @@
 
 namespace weave {
 
-WeavingMatrix weaving_matrix_from_positions(const PositionMatrix& positions, int layers) {
+int layer_of_pick(int pick, int layers, InsertionOrder order) {
+  const bool bottom_first = order == InsertionOrder::alternating && pick / layers % 2 == 1;
+  return bottom_first ? layers - 1 - pick % layers : pick % layers;
+}
+
+WeavingMatrix weaving_matrix_from_positions(const PositionMatrix& positions, int layers, InsertionOrder order) {
   if (layers < 1) throw std::invalid_argument(fmt::format("layers = {}: must be >= 1", layers));
   WeavingMatrix matrix(positions.cols() * layers, positions.rows());
-  for (Eigen::Index warp = 0; warp < positions.rows(); ++warp) {
-    for (Eigen::Index column = 0; column < positions.cols(); ++column) {
+  for (int warp = 0; warp < positions.rows(); ++warp) {
+    for (int column = 0; column < positions.cols(); ++column) {
       const int p = positions(warp, column);
       if (p < 0 || p > layers) {
         throw std::invalid_argument(fmt::format("positions[{}][{}] = {}: must be from 0 to {} (layers)", warp, column, p, layers));
       }
-      for (int j = 1; j <= layers; ++j) matrix(column * layers + j - 1, warp) = j > layers - p ? 1 : -1;
+      for (int pick = column * layers; pick < (column + 1) * layers; ++pick) {
+        matrix(pick, warp) = layer_of_pick(pick, layers, order) >= layers - p ? 1 : -1;
+      }
     }
   }
   return matrix;
 }
 
-std::optional<PositionMatrix> positions_from_weaving_matrix(const WeavingMatrix& matrix, int layers) {
+std::optional<PositionMatrix> positions_from_weaving_matrix(const WeavingMatrix& matrix, int layers, InsertionOrder order) {
   if (layers < 1 || matrix.rows() % layers != 0) return std::nullopt;
   PositionMatrix positions(matrix.cols(), matrix.rows() / layers);
   for (Eigen::Index warp = 0; warp < positions.rows(); ++warp) {
@@ -30,7 +37,7 @@ std::optional<PositionMatrix> positions_from_weaving_matrix(const WeavingMatrix&
     }
   }
   // A column of entries is "downs then ups" exactly when it is the one that its number of ups gives.
-  if (weaving_matrix_from_positions(positions, layers) != matrix) return std::nullopt;
+  if (weaving_matrix_from_positions(positions, layers, order) != matrix) return std::nullopt;
   return positions;
 }
 

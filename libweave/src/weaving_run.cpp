@@ -556,7 +556,7 @@ RunEstimate estimate_run(const Case& c) {
   e.explicit_time_step = 1;
   double contact_step = options.time_step_max;
   for (int p = 0; p < c.picks_per_cell(); ++p) {
-    const YarnType& y = c.yarns.at(c.weft.yarn_of_layer[p % c.layers]);
+    const YarnType& y = c.yarns.at(c.weft.yarn_of_layer[c.layer_of_pick(p)]);
     weft_nodes_cell += y.fibers * (c.cell_width() / (c.numerics.element_length * 2 * y.fiber_radius()) + 1);
     weft_fibers += y.fibers;
   }

@@ -153,6 +153,8 @@ const Mistake mistakes[] = {
     {"Fibers", "density = \"2540 kg/m^3\"", "density = 2540\nfibers = 8", "7: yarns.glass.fibers = 8: must be 1, 3, 5 or a centred hexa"},
     {"Contact", "[take_up]", "[numerics]\ncontact = \"bead\"\n[take_up]",
      "23: numerics.contact = \"bead\": must be one of: \"line\", \"node\""},
+    {"InsertionOrder", "layers = 1", "layers = 1\ninsertion_order = \"bottom_first\"",
+     "4: fabric.insertion_order = \"bottom_first\": must be one of: \"top_first\", \"alternating\""},
     {"BothPatterns", "matrix = [\"-\", \"+\"]", "matrix = [\"-\", \"+\"]\npositions = [[0, 1]]",
      "16: section.1.positions = [ [ 0, 1 ] ]: contradicts section.1.matrix: give one of the two"},
     {"BothTakeUps", "rate = \"34 1/in\"", "rate = \"34 1/in\"\nlength = 1e-3",
@@ -311,6 +313,7 @@ void expect_same(const Case& a, const Case& b) {
   EXPECT_EQ(a.weft.length_coefficient, b.weft.length_coefficient);
   EXPECT_EQ(a.layers, b.layers);
   EXPECT_EQ(a.columns, b.columns);
+  EXPECT_EQ(a.insertion_order, b.insertion_order);
   EXPECT_EQ(a.cells, b.cells);
   EXPECT_EQ(a.kept_cells, b.kept_cells);
   EXPECT_EQ(a.friction, b.friction);
@@ -377,6 +380,7 @@ TEST(Case, EveryKeyRoundTripsToTheBit) {
   c.sections[1] = {"glass", 0, 1 / 7.0, weaving_matrix_from_rows({"-", "+", "+", "-"})};
   c.layers = 2;
   c.columns = 2;
+  c.insertion_order = InsertionOrder::alternating;
   c.weft = {{"glass", odd.name}, 1.0 + 1e-15};
   c.cells = 5;
   c.kept_cells = 2;

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace weave {
@@ -48,6 +49,33 @@ TEST(WeavingMatrix, EveryPositionOfAColumnRoundTrips) {
     for (int p = 0; p <= layers; ++p) positions.row(p) << p, layers - p;
     EXPECT_EQ(positions_from_weaving_matrix(weaving_matrix_from_positions(positions, layers), layers), positions);
   }
+}
+
+TEST(WeavingMatrix, AlternatingOrderTakesEverySecondColumnFromTheBottomUp) {
+  std::vector<std::string> expected = six_layer_rows;
+  std::reverse(expected.begin() + 6, expected.end());
+  const WeavingMatrix matrix = weaving_matrix_from_positions(six_layer_positions(), 6, InsertionOrder::alternating);
+  EXPECT_EQ(rows_of(matrix), expected);
+  EXPECT_EQ(positions_from_weaving_matrix(matrix, 6, InsertionOrder::alternating), six_layer_positions());
+  EXPECT_EQ(positions_from_weaving_matrix(matrix, 6), std::nullopt);
+  std::vector<int> layer;
+  for (int pick = 0; pick < 9; ++pick) layer.push_back(layer_of_pick(pick, 3, InsertionOrder::alternating));
+  EXPECT_THAT(layer, testing::ElementsAre(0, 1, 2, 2, 1, 0, 0, 1, 2));
+}
+
+TEST(WeavingMatrix, StraightWarpsChangeTheShedOneByOneInAlternatingOrder) {
+  PositionMatrix straight(3, 2);
+  straight << 3, 3, 2, 2, 1, 1;
+  const auto changes = [&](InsertionOrder order) {
+    const WeavingMatrix matrix = weaving_matrix_from_positions(straight, 4, order);
+    int most = 0;
+    for (int pick = 0; pick < matrix.rows(); ++pick) {
+      most = std::max(most, static_cast<int>((matrix.row(pick).array() != matrix.row((pick + 1) % matrix.rows()).array()).count()));
+    }
+    return most;
+  };
+  EXPECT_EQ(changes(InsertionOrder::top_first), 3);
+  EXPECT_EQ(changes(InsertionOrder::alternating), 1);
 }
 
 TEST(WeavingMatrix, ThreeWarpExample) {

@@ -39,7 +39,7 @@ std::vector<Sketch> sketches_of(const weave::Case& spec) {
   int first_warp = 0;
   for (std::size_t i = 0; i < spec.sections.size(); ++i) {
     const weave::WarpSection& section = spec.sections[i];
-    sketches.push_back({&section, static_cast<int>(i), first_warp, weave::positions_from_weaving_matrix(section.matrix, spec.layers)});
+    sketches.push_back({&section, static_cast<int>(i), first_warp, weave::positions_from_weaving_matrix(section.matrix, spec.layers, spec.insertion_order)});
     first_warp += static_cast<int>(section.matrix.cols());
   }
   return sketches;
@@ -85,12 +85,12 @@ std::vector<Point> warp_path(const weave::PositionMatrix& positions, int warp, i
 }
 
 void draw_wefts(Canvas& canvas, const weave::Case& spec, Point middle_of_first) {
-  for (int column = 0; column < spec.columns; ++column)
-    for (int layer = 0; layer < spec.layers; ++layer) {  // from the top, which is inserted first
-      const Point center{middle_of_first.x + column * column_gap, middle_of_first.y - (0.5 * (spec.layers - 1) - layer) * layer_gap};
-      canvas.ellipse(center, weft_radius, weft_radius, 0, {0.84, 0.90, 0.96}, {0.25, 0.40, 0.58}, 1.5);
-      canvas.text(center, std::to_string(column * spec.layers + layer + 1), {12, {0.20, 0.32, 0.48}}, {0.5, 0.5});
-    }
+  for (int pick = 0; pick < spec.picks_per_cell(); ++pick) {
+    const int column = pick / spec.layers, layer = spec.layer_of_pick(pick);
+    const Point center{middle_of_first.x + column * column_gap, middle_of_first.y - (0.5 * (spec.layers - 1) - layer) * layer_gap};
+    canvas.ellipse(center, weft_radius, weft_radius, 0, {0.84, 0.90, 0.96}, {0.25, 0.40, 0.58}, 1.5);
+    canvas.text(center, std::to_string(pick + 1), {12, {0.20, 0.32, 0.48}}, {0.5, 0.5});
+  }
 }
 
 /// A heading in bold with a remark behind it.

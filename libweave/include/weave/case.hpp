@@ -105,6 +105,7 @@ struct Case {
   WeftSpec weft;
   int layers = 1;             ///< weft layers in a column
   int columns = 1;            ///< weft columns in a unit cell; picks a cell = layers * columns
+  InsertionOrder insertion_order = InsertionOrder::top_first;
   int cells = 3;              ///< unit cells to weave
   int kept_cells = 1;         ///< woven cells that stay on the loom before the oldest is cut off and stored
   double friction = 0.2;      ///< Coulomb coefficient between all fibers and with the reed
@@ -120,6 +121,7 @@ struct Case {
   std::optional<MatrixSpec> matrix_material;             ///< none: not given
 
   [[nodiscard]] int picks_per_cell() const { return layers * columns; }
+  [[nodiscard]] int layer_of_pick(int pick) const;  ///< from the top, from 0; pick counted from 0 within the cell
   [[nodiscard]] int warps() const;             ///< warp yarns in a unit cell
   [[nodiscard]] int dents() const;             ///< reed dents in a unit cell
   [[nodiscard]] double cell_width() const;     ///< along y [m]
