@@ -16,6 +16,7 @@ build_packages=(
   libsuitesparse-dev
   libopenblas0-pthread
   libcgal-dev
+  libtet1.5-dev
   libgmp-dev
   libmpfr-dev
   libjs-three

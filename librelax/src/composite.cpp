@@ -99,21 +99,21 @@ MaterialBins bin_materials(const VolumeMesh& mesh, const Constituents& constitue
   if (high < low) return result;
   result.width = (high - low) / bins;
 
-  std::vector<double> sum(static_cast<std::size_t>(bins), 0), count(static_cast<std::size_t>(bins), 0);
+  std::vector<double> sum(static_cast<std::size_t>(bins), 0), volume(static_cast<std::size_t>(bins), 0);
   for (std::size_t i = 0; i < mesh.elements(); ++i) {
     if (mesh.yarn[i] < 0) continue;
     const double fraction = std::min(mesh.volume_fraction[i], largest_volume_fraction);
     const int bin = result.width > 0 ? std::min(bins - 1, static_cast<int>((fraction - low) / result.width)) : 0;
     result.bin[i] = bin;
-    sum[static_cast<std::size_t>(bin)] += fraction;
-    count[static_cast<std::size_t>(bin)] += 1;
+    sum[static_cast<std::size_t>(bin)] += fraction * mesh.volume(i);
+    volume[static_cast<std::size_t>(bin)] += mesh.volume(i);
   }
   std::vector<std::int32_t> renumbered(sum.size(), -1);
   for (std::size_t b = 0; b < sum.size(); ++b) {
-    if (count[b] == 0) continue;
+    if (volume[b] == 0) continue;
     renumbered[b] = static_cast<std::int32_t>(result.material.size());
-    result.volume_fraction.push_back(sum[b] / count[b]);
-    result.material.push_back(impregnated_yarn(constituents, sum[b] / count[b]));
+    result.volume_fraction.push_back(sum[b] / volume[b]);
+    result.material.push_back(impregnated_yarn(constituents, sum[b] / volume[b]));
   }
   for (std::int32_t& bin : result.bin)
     if (bin >= 0) bin = renumbered[static_cast<std::size_t>(bin)];
@@ -123,20 +123,21 @@ MaterialBins bin_materials(const VolumeMesh& mesh, const Constituents& constitue
 StiffnessBounds stiffness_bounds(const VolumeMesh& mesh, const Constituents& constituents, const MaterialBins& bins) {
   const Matrix6 of_matrix = stiffness(isotropic(constituents.matrix_e, constituents.matrix_nu), Vec3::UnitX());
   Matrix6 stiff = Matrix6::Zero(), compliant = Matrix6::Zero();
-  double matrix_elements = 0;
+  double matrix_volume = 0, whole = 0;
   for (std::size_t i = 0; i < mesh.elements(); ++i) {
+    const double volume = mesh.volume(i);
+    whole += volume;
     if (bins.bin[i] < 0) {
-      matrix_elements += 1;
+      matrix_volume += volume;
       continue;
     }
     const Matrix6 c = stiffness(bins.material[static_cast<std::size_t>(bins.bin[i])], mesh.direction[i]);
-    stiff += c;
-    compliant += c.inverse();
+    stiff += volume * c;
+    compliant += volume * c.inverse();
   }
-  const auto n = static_cast<double>(mesh.elements());
-  stiff += matrix_elements * of_matrix;
-  compliant += matrix_elements * of_matrix.inverse();
-  return {stiff / n, (compliant / n).inverse()};
+  stiff += matrix_volume * of_matrix;
+  compliant += matrix_volume * of_matrix.inverse();
+  return {stiff / whole, (compliant / whole).inverse()};
 }
 
 EngineeringConstants engineering_constants(const Matrix6& stiffness) {

@@ -45,10 +45,11 @@ void write_mesh(Writer& w, const VolumeMesh& mesh) {
   w.line("{}, 0., 0., 0.\n{}, 0., 0., 0.", n + 1, n + 2);
   w.line("*NSET, NSET=ALL_NODES, GENERATE\n1, {}, 1", n);
   w.line("*NSET, NSET=STRAIN_NORMAL\n{}\n*NSET, NSET=STRAIN_SHEAR\n{}", n + 1, n + 2);
-  w.line("*ELEMENT, TYPE=C3D8, ELSET=ALL_ELEMENTS");
+  w.line("*ELEMENT, TYPE=C3D{}, ELSET=ALL_ELEMENTS", nodes_of(mesh.shape));
   for (std::size_t i = 0; i < mesh.elements(); ++i) {
-    const auto& h = mesh.hexes[i];
-    w.line("{}, {}, {}, {}, {}, {}, {}, {}, {}", i + 1, h[0] + 1, h[1] + 1, h[2] + 1, h[3] + 1, h[4] + 1, h[5] + 1, h[6] + 1, h[7] + 1);
+    std::string nodes;
+    for (const std::uint32_t node : mesh.element(i)) nodes += fmt::format(", {}", node + 1);
+    w.line("{}{}", i + 1, nodes);
   }
 }
 
@@ -59,7 +60,8 @@ void write_sets(Writer& w, const VolumeMesh& mesh, const std::string& name, bool
   for (std::uint32_t i = 0; i < mesh.elements(); ++i)
     if (wanted(i)) {
       elements.push_back(i);
-      if (with_nodes) nodes.insert(nodes.end(), mesh.hexes[i].begin(), mesh.hexes[i].end());
+      const auto of_element = mesh.element(i);
+      if (with_nodes) nodes.insert(nodes.end(), of_element.begin(), of_element.end());
     }
   if (elements.empty()) return;
   w.line("*ELSET, ELSET={}", name);

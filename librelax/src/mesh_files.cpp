@@ -46,12 +46,12 @@ std::vector<double> flat(const Vectors& vectors) {
 
 std::string vtu_text(const VolumeMesh& mesh) {
   static_assert(std::endian::native == std::endian::little, "the header says LittleEndian");
-  constexpr std::uint8_t vtk_hexahedron = 12;
-  std::vector<std::int64_t> connectivity, offsets;
+  const std::uint8_t vtk_type = mesh.shape == ElementShape::hexahedron ? 12 : mesh.shape == ElementShape::tetrahedron ? 10 : 24;
+  const std::vector<std::int64_t> connectivity(mesh.nodes.begin(), mesh.nodes.end());
+  std::vector<std::int64_t> offsets;
   std::vector<std::int32_t> number;
   for (std::size_t i = 0; i < mesh.elements(); ++i) {
-    connectivity.insert(connectivity.end(), mesh.hexes[i].begin(), mesh.hexes[i].end());
-    offsets.push_back(static_cast<std::int64_t>(connectivity.size()));
+    offsets.push_back(static_cast<std::int64_t>((i + 1) * static_cast<std::size_t>(nodes_of(mesh.shape))));
     number.push_back(mesh.yarn[i] < 0 ? -1 : mesh.yarns[static_cast<std::size_t>(mesh.yarn[i])]);
   }
   Appended arrays;
@@ -60,7 +60,7 @@ std::string vtu_text(const VolumeMesh& mesh) {
   text += fmt::format("<UnstructuredGrid>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n", mesh.points.size(), mesh.elements());
   text += "<Points>\n" + arrays.array("Points", 3, flat(mesh.points)) + "</Points>\n<Cells>\n";
   text += arrays.array("connectivity", 1, connectivity) + arrays.array("offsets", 1, offsets);
-  text += arrays.array("types", 1, std::vector<std::uint8_t>(mesh.elements(), vtk_hexahedron)) + "</Cells>\n<CellData>\n";
+  text += arrays.array("types", 1, std::vector<std::uint8_t>(mesh.elements(), vtk_type)) + "</Cells>\n<CellData>\n";
   text += arrays.array("YarnIndex", 1, mesh.yarn) + arrays.array("YarnTangent", 3, flat(mesh.yarn_tangent));
   text += arrays.array("Location", 2, flat(mesh.location)) + arrays.array("VolumeFraction", 1, mesh.volume_fraction);
   text += arrays.array("SurfaceDistance", 1, mesh.surface_distance) + arrays.array("Orientation", 3, flat(mesh.direction));
@@ -71,7 +71,7 @@ std::string vtu_text(const VolumeMesh& mesh) {
 }
 
 std::string gmsh_text(const VolumeMesh& mesh) {
-  constexpr int hexahedron = 5;
+  const int gmsh_type = mesh.shape == ElementShape::hexahedron ? 5 : mesh.shape == ElementShape::tetrahedron ? 4 : 11;
   std::string text = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n";
   const auto add = [&text]<typename... Args>(fmt::format_string<Args...> format, Args&&... args) {
     fmt::format_to(std::back_inserter(text), format, std::forward<Args>(args)...);
@@ -95,10 +95,14 @@ std::string gmsh_text(const VolumeMesh& mesh) {
   add("$EndNodes\n$Elements\n{} {} 1 {}\n", blocks, mesh.elements(), mesh.elements());
   for (std::size_t v = 0; v < volumes; ++v) {
     if (members[v].empty()) continue;
-    add("3 {} {} {}\n", v + 1, hexahedron, members[v].size());
+    add("3 {} {} {}\n", v + 1, gmsh_type, members[v].size());
     for (const std::size_t i : members[v]) {
-      const auto& h = mesh.hexes[i];
-      add("{} {} {} {} {} {} {} {} {}\n", i + 1, h[0] + 1, h[1] + 1, h[2] + 1, h[3] + 1, h[4] + 1, h[5] + 1, h[6] + 1, h[7] + 1);
+      const auto element = mesh.element(i);
+      std::vector<std::uint32_t> n(element.begin(), element.end());
+      if (mesh.shape == ElementShape::tetrahedron_10) std::swap(n[8], n[9]);  // Gmsh has the middles of 3-4 and 2-4 in this order
+      add("{}", i + 1);
+      for (const std::uint32_t node : n) add(" {}", node + 1);
+      text += '\n';
     }
   }
   text += "$EndElements\n";

@@ -1,28 +1,13 @@
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
-#include "relax/surface_file.hpp"
+#include "composite_cell.hpp"
 #include "relax/volume_mesh.hpp"
-#include "surface_distance.hpp"
 
 namespace relax {
 namespace {
-
-struct Bounds {
-  Vec3 low, high;
-};
-
-Bounds bounds_of(const SurfaceMesh& surface) {
-  Bounds b{surface.points.front(), surface.points.front()};
-  for (const Vec3& x : surface.points) {
-    b.low = b.low.cwiseMin(x);
-    b.high = b.high.cwiseMax(x);
-  }
-  return b;
-}
 
 /// Where grid lines pass a surface: center `index` of the grid, shifted by whole periods into low <= value < high.
 struct Line {
@@ -115,48 +100,6 @@ void mark_inside(const SurfaceMesh& surface, const VolumeMesh& mesh, std::vector
   }
 }
 
-/// Distance to a yarn without end: without the caps of its surface, and from the neighboring periods too.
-class YarnDistance {
- public:
-  YarnDistance(const SurfaceMesh& surface, int along, double period, double lateral_period)
-      : bounds_(bounds_of(surface)), along_(along), period_(period), lateral_period_(lateral_period), side_(side(surface)) {}
-
-  [[nodiscard]] double from(const Vec3& point) const {
-    // Images of the point in the span of the surface along the yarn, and at the images across that it may reach.
-    const int lateral = 1 - along_;
-    Vec3 p = point;
-    p[along_] -= std::floor((p[along_] - bounds_.low[along_]) / period_) * period_;
-    p[lateral] -= std::ceil((p[lateral] - bounds_.high[lateral]) / lateral_period_) * lateral_period_;
-    double best = 1e300;
-    for (; p[lateral] >= bounds_.low[lateral]; p[lateral] -= lateral_period_)
-      for (const double period : {0.0, -period_, period_}) {
-        Vec3 image = p;
-        image[along_] += period;
-        best = std::min(best, side_.from(image, best));
-      }
-    return best;
-  }
-
- private:
-  [[nodiscard]] SurfaceDistance side(const SurfaceMesh& surface) const {
-    std::vector<std::array<Vec3, 3>> triangles;
-    const double near = 1e-9 * period_;
-    for (const auto& t : surface.triangles) {
-      const std::array<Vec3, 3> x = {surface.points[t[0]], surface.points[t[1]], surface.points[t[2]]};
-      const auto on = [&](double face) {
-        return std::all_of(x.begin(), x.end(), [&](const Vec3& p) { return std::abs(p[along_] - face) < near; });
-      };
-      if (!on(bounds_.low[along_]) && !on(bounds_.high[along_])) triangles.push_back(x);
-    }
-    return SurfaceDistance(triangles);
-  }
-
-  Bounds bounds_;
-  int along_;
-  double period_, lateral_period_;
-  SurfaceDistance side_;
-};
-
 }  // namespace
 
 std::array<int, 3> voxel_counts(const Vec3& size, const VoxelOptions& options) {
@@ -189,57 +132,28 @@ VolumeMesh box_mesh(const Vec3& low, const Vec3& high, const std::array<int, 3>&
   for (int k = 0; k < nz; ++k)
     for (int j = 0; j < ny; ++j)
       for (int i = 0; i < nx; ++i)
-        m.hexes.push_back({point(i, j, k), point(i + 1, j, k), point(i + 1, j + 1, k), point(i, j + 1, k), point(i, j, k + 1),
-                           point(i + 1, j, k + 1), point(i + 1, j + 1, k + 1), point(i, j + 1, k + 1)});
-  const std::size_t n = m.hexes.size();
-  m.yarn.assign(n, -1);
-  m.direction.assign(n, Vec3::Zero());
-  m.yarn_tangent.assign(n, Vec3::Zero());
-  m.location.assign(n, Eigen::Vector2d::Zero());
-  m.volume_fraction.assign(n, 0);
-  m.surface_distance.assign(n, 0);
+        for (const int up : {k, k + 1})
+          for (const std::uint32_t corner : {point(i, j, up), point(i + 1, j, up), point(i + 1, j + 1, up), point(i, j + 1, up)})
+            m.nodes.push_back(corner);
+  make_all_matrix(m);
   return m;
 }
 
-VoxelMesh voxel_mesh(const weave::Snapshot& snapshot, const std::vector<YarnEnvelope>& envelopes, const VoxelOptions& options) {
-  if (envelopes.empty()) throw std::invalid_argument("voxels: no yarn envelopes");
-  if (!(snapshot.cell_length > 0) || !(snapshot.cell_width > 0)) throw std::invalid_argument("voxels: the snapshot is of no periodic cell");
-  if (!(options.resin_margin >= 0)) throw std::invalid_argument("voxels: the resin margin must be >= 0");
-  std::vector<const YarnEnvelope*> sorted;
-  for (const YarnEnvelope& e : envelopes) sorted.push_back(&e);
-  std::sort(sorted.begin(), sorted.end(), [](const YarnEnvelope* a, const YarnEnvelope* b) { return a->yarn < b->yarn; });
-
-  Vec3 low(snapshot.x_min, 0, 1e300), high(snapshot.x_min + snapshot.cell_length, snapshot.cell_width, -1e300);
-  for (const YarnEnvelope* e : sorted) {
-    const Bounds b = bounds_of(e->surface);
-    const int along = e->weft ? 1 : 0;
-    const double period = (high - low)[along], length = (b.high - b.low)[along];
-    if (std::abs(length - period) > 1e-6 * period)
-      throw std::invalid_argument("voxels: the envelope of yarn " + std::to_string(e->yarn) + " is " + std::to_string(1e3 * length) +
-                                  " mm long, but its period is " + std::to_string(1e3 * period) + " mm");
-    low.z() = std::min(low.z(), b.low.z() - options.resin_margin);
-    high.z() = std::max(high.z(), b.high.z() + options.resin_margin);
-  }
-
-  VoxelMesh result;
+CompositeMesh voxel_mesh(const weave::Snapshot& snapshot, const std::vector<YarnEnvelope>& envelopes, const VoxelOptions& options) {
+  const CompositeCell cell = composite_cell(snapshot, envelopes, options.resin_margin);
+  CompositeMesh result;
   VolumeMesh& m = result.mesh;
-  m = box_mesh(low, high, voxel_counts(high - low, options));
+  m = box_mesh(cell.low, cell.high, voxel_counts(cell.high - cell.low, options));
   std::vector<std::uint8_t> contested(m.elements(), 0);
-  std::vector<Vec3> centers(m.elements());
-  for (std::size_t e = 0; e < m.elements(); ++e) centers[e] = 0.5 * (m.points[m.hexes[e][0]] + m.points[m.hexes[e][6]]);
-
-  for (const YarnEnvelope* e : sorted) {
-    if (!m.yarns.empty() && m.yarns.back() == e->yarn)
-      throw std::invalid_argument("voxels: yarn " + std::to_string(e->yarn) + " has two envelopes");
+  for (const YarnEnvelope* e : cell.yarns) {
     const auto index = static_cast<std::int32_t>(m.yarns.size());
     m.yarns.push_back(e->yarn);
     std::vector<std::uint8_t> inside(m.elements(), 0);
     mark_inside(e->surface, m, inside);
-    const int along = e->weft ? 1 : 0;
-    const YarnDistance distance(e->surface, along, (high - low)[along], (high - low)[1 - along]);
+    const YarnDistance distance(*e, cell);
     for (std::size_t i = 0; i < m.elements(); ++i) {
       if (inside[i] == 0) continue;
-      const double depth = -distance.from(centers[i]);
+      const double depth = -distance.from(m.center(i));
       if (m.yarn[i] >= 0) contested[i] = 1;
       if (m.yarn[i] >= 0 && depth >= m.surface_distance[i]) continue;
       m.yarn[i] = index;
@@ -247,29 +161,7 @@ VoxelMesh voxel_mesh(const weave::Snapshot& snapshot, const std::vector<YarnEnve
     }
   }
   result.contested = static_cast<std::size_t>(std::count(contested.begin(), contested.end(), 1));
-
-  for (std::size_t y = 0; y < sorted.size(); ++y) {
-    const YarnFields fields(snapshot, sorted[y]->yarn, sorted[y]->surface, options.fields);
-    YarnVolume volume;
-    volume.yarn = sorted[y]->yarn;
-    volume.envelope = enclosed_volume(sorted[y]->surface);
-    volume.fibers = fields.fiber_volume();
-    double counted = 0;
-    for (std::size_t i = 0; i < m.elements(); ++i) {
-      if (m.yarn[i] != static_cast<std::int32_t>(y)) continue;
-      const YarnFields::Value value = fields.at(centers[i]);
-      m.direction[i] = value.direction;
-      m.yarn_tangent[i] = value.yarn_tangent;
-      m.location[i] = value.location;
-      m.volume_fraction[i] = value.volume_fraction;
-      volume.voxels += m.element_volume();
-      counted += value.volume_fraction * m.element_volume();
-    }
-    if (counted > 0) volume.fraction_scale = volume.fibers / counted;
-    for (std::size_t i = 0; i < m.elements(); ++i)
-      if (m.yarn[i] == static_cast<std::int32_t>(y)) m.volume_fraction[i] *= volume.fraction_scale;
-    result.volumes.push_back(volume);
-  }
+  fill_fields(snapshot, cell, options.fields, result);
   return result;
 }
 

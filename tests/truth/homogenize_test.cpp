@@ -61,7 +61,7 @@ class Homogenize : public ::testing::Test {
 VolumeMesh square_yarn(const std::array<int, 3>& voxels) {
   VolumeMesh mesh = scenes::yarn_block(voxels, {1e-3, 1e-3, 1e-3}, Vec3::UnitX(), 0.6);
   for (std::size_t i = 0; i < mesh.elements(); ++i) {
-    const Vec3 center = 0.5e3 * (mesh.points[mesh.hexes[i][0]] + mesh.points[mesh.hexes[i][6]]);
+    const Vec3 center = 1e3 * mesh.center(i);
     if (std::abs(center.y() - 0.5) > 0.25 || std::abs(center.z() - 0.5) > 0.25) mesh.yarn[i] = -1;
   }
   return mesh;
@@ -85,6 +85,44 @@ TEST_F(Homogenize, OffAxisFibers) {
     const Homogenization r = solve(scenes::yarn_block({2, 2, 2}, {1.5e-3, 1e-3, 0.3e-3}, axis, 0.6), constituents());
     expect_near(r.stiffness, stiffness(impregnated_yarn(constituents(), 0.6), axis), inverted);
   }
+}
+
+/// Tetrahedra of a straight yarn along x in matrix, its material that of the local fraction 0.6.
+VolumeMesh straight_yarn_of_tetrahedra() {
+  constexpr double mm = 1e-3;
+  const scenes::YarnPath straight = [](double) { return Eigen::Vector2d(0.5 * mm, 0); };
+  YarnEnvelope yarn;
+  yarn.surface = scenes::tube_surface({0, 0, 1 * mm, 0.3 * mm, 0.2 * mm, 6, 12}, straight);
+  const weave::Snapshot fibers =
+      scenes::one_yarn(1 * mm, 1 * mm, false, straight, scenes::grid_offsets(0.4 * mm, 0.2 * mm, 2, 2), 0.05 * mm, 0.01 * mm * mm, 8);
+  VolumeMesh mesh = tet_mesh(fibers, {yarn}, {.resin_margin = 0.1 * mm}).mesh;
+  std::fill(mesh.volume_fraction.begin(), mesh.volume_fraction.end(), 0.6);
+  return mesh;
+}
+
+TEST_F(Homogenize, TetrahedraOfOneMaterialGiveItBack) {
+  Constituents c = constituents();
+  c.fiber = isotropic(c.matrix_e, c.matrix_nu);
+  const VolumeMesh corners = straight_yarn_of_tetrahedra();
+  for (const VolumeMesh& mesh : {corners, with_middle_nodes(corners)}) {
+    const Homogenization r = solve(mesh, c);
+    expect_near(r.stiffness, stiffness(c.fiber, Vec3::UnitX()), printed);
+    expect_near(r.bounds.voigt, stiffness(c.fiber, Vec3::UnitX()), 1e-12);
+  }
+}
+
+// Where the two parts contract alike, a pull along the yarn leaves them in uniaxial stress: the rule of mixtures holds exactly.
+TEST_F(Homogenize, TetrahedraOfAStraightYarnFollowTheRuleOfMixtures) {
+  Constituents c = constituents();
+  c.fiber.nu12 = c.matrix_nu;
+  const VolumeMesh corners = straight_yarn_of_tetrahedra();
+  double yarn = 0;
+  for (std::size_t i = 0; i < corners.elements(); ++i)
+    if (corners.yarn[i] == 0) yarn += corners.volume(i);
+  yarn /= (corners.high - corners.low).prod();
+  const double truth = yarn * impregnated_yarn(c, 0.6).e1 + (1 - yarn) * c.matrix_e;
+  for (const VolumeMesh& mesh : {corners, with_middle_nodes(corners)})
+    EXPECT_NEAR(engineering_constants(solve(mesh, c).stiffness).ex, truth, inverted * truth);
 }
 
 // Slabs: strains in the plane and stresses out of it are the same in all layers, so that the cell's stiffness is that of averages (Postma
@@ -181,7 +219,7 @@ TEST_F(Homogenize, OppositeFacesAreInEquilibrium) {
 
 TEST_F(Homogenize, AFailureIsNamed) {
   VolumeMesh mesh = square_yarn({2, 2, 2});
-  std::swap(mesh.hexes[3][0], mesh.hexes[3][6]);
+  std::swap(mesh.nodes[3 * 8], mesh.nodes[3 * 8 + 6]);
   EXPECT_THAT([&] { solve(mesh, constituents()); }, ThrowsMessage<std::runtime_error>(HasSubstr("cell.log")));
 }
 

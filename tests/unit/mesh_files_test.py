@@ -5,7 +5,7 @@ import sys
 import tempfile
 import unittest
 
-from vtkmodules.vtkCommonDataModel import VTK_HEXAHEDRON
+from vtkmodules.vtkCommonDataModel import VTK_HEXAHEDRON, VTK_QUADRATIC_TETRA, VTK_TETRA
 from vtkmodules.vtkFiltersVerdict import vtkMeshQuality
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
@@ -20,17 +20,21 @@ def values(array):
     return [array.GetTuple(i) if n > 1 else array.GetTuple1(i) for i in range(array.GetNumberOfTuples())]
 
 
+def read(vtu):
+    reader = vtkXMLUnstructuredGridReader()
+    assert reader.CanReadFile(vtu)
+    reader.SetFileName(vtu)
+    reader.Update()
+    return reader.GetOutput()
+
+
 class MeshFiles(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         with tempfile.TemporaryDirectory() as folder:
             vtu, msh = (str(pathlib.Path(folder) / name) for name in ("mesh.vtu", "mesh.msh"))
-            subprocess.run([WRITER, vtu, msh], check=True)
-            reader = vtkXMLUnstructuredGridReader()
-            assert reader.CanReadFile(vtu)
-            reader.SetFileName(vtu)
-            reader.Update()
-            cls.grid = reader.GetOutput()
+            subprocess.run([WRITER, "8", vtu, msh], check=True)
+            cls.grid = read(vtu)
             cls.msh = pathlib.Path(msh).read_text().splitlines()
 
     def test_hexahedra(self):
@@ -57,6 +61,25 @@ class MeshFiles(unittest.TestCase):
         self.assertEqual(values(data.GetArray("Location")), [(i, -i) if w else (0, 0) for i, w in enumerate(inside)])
         self.assertEqual(values(data.GetArray("VolumeFraction")), [0.01 * i if w else 0 for i, w in enumerate(inside)])
         self.assertEqual(values(data.GetArray("SurfaceDistance")), [-0.001 * i if w else 0 for i, w in enumerate(inside)])
+
+    def test_tetrahedra(self):
+        # Middle nodes by the edges that VTK and Gmsh (two of them the other way round) have them on.
+        middles = [(0.5, 0, 0), (0.5, 0.5, 0), (0, 0.5, 0), (0, 0, 0.5), (0.5, 0, 0.5), (0, 0.5, 0.5)]
+        for nodes, cell_type, gmsh_type in (("4", VTK_TETRA, "4"), ("10", VTK_QUADRATIC_TETRA, "11")):
+            with self.subTest(nodes), tempfile.TemporaryDirectory() as folder:
+                vtu, msh = (str(pathlib.Path(folder) / name) for name in ("mesh.vtu", "mesh.msh"))
+                subprocess.run([WRITER, nodes, vtu, msh], check=True)
+                grid = read(vtu)
+                self.assertEqual(grid.GetNumberOfCells(), 1)
+                self.assertEqual(grid.GetCellType(0), cell_type)
+                cell = grid.GetCell(0)
+                places = [grid.GetPoint(cell.GetPointId(i)) for i in range(cell.GetNumberOfPoints())]
+                self.assertEqual(places, [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)] + (middles if nodes == "10" else []))
+                lines = pathlib.Path(msh).read_text().splitlines()
+                block, element = lines[lines.index("$Elements") + 2:lines.index("$EndElements")]
+                self.assertEqual(block.split()[2], gmsh_type)
+                order = [int(n) for n in element.split()[1:]]
+                self.assertEqual(order, [1, 2, 3, 4] if nodes == "4" else [1, 2, 3, 4, 5, 6, 7, 8, 10, 9])
 
     def section(self, name):
         return self.msh[self.msh.index("$" + name) + 1:self.msh.index("$End" + name)]

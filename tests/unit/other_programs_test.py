@@ -52,6 +52,8 @@ class OtherPrograms(unittest.TestCase):
         cls.envelope, cls.mesh = folder / "envelope", folder / "mesh"
         heddle("envelope", folder / "relax", "--formats", "off,stl,tg3", "--output", cls.envelope)
         heddle("mesh", cls.envelope, "--voxels", *VOXELS, "--output", cls.mesh)
+        cls.tetrahedra = folder / "tetrahedra"
+        heddle("mesh", cls.envelope, "--tetrahedra", "--quadratic", "--output", cls.tetrahedra)
         cls.surfaces = json.loads((cls.envelope / "summary.json").read_text())
         cls.volume = 1
         for length in json.loads((cls.mesh / "summary.json").read_text())["cell_m"]:
@@ -88,6 +90,27 @@ class OtherPrograms(unittest.TestCase):
                 size = read.points[:POINTS].max(axis=0) - read.points[:POINTS].min(axis=0)
                 unit = 1e-3 if name.endswith(".inp") else 1
                 self.assertAlmostEqual(size.prod() * unit**3 / self.volume, 1, delta=1e-9)  # twelve digits in a deck
+
+    @unittest.skipUnless(GMSH, "Gmsh is not installed")
+    def test_gmsh_reads_the_tetrahedra(self):
+        summary = json.loads((self.tetrahedra / "summary.json").read_text())
+        said = gmsh(self.tetrahedra, 'Merge "mesh.msh";', "Plugin(MeshVolume).Run;")
+        self.assertNotRegex(said, "Warning|Error")
+        self.assertIn(f"{summary['nodes']} nodes", said)
+        self.assertIn(f"{summary['elements']} elements", said)
+        volume = float(re.search(r"Mesh volume .*: (\S+)", said).group(1))
+        length, width, height = summary["cell_m"]
+        self.assertAlmostEqual(volume / (length * width * height), 1, delta=1e-4)  # Gmsh prints six digits
+
+    @unittest.skipUnless(meshio, "meshio is not installed")
+    def test_meshio_reads_the_tetrahedra(self):
+        summary = json.loads((self.tetrahedra / "summary.json").read_text())
+        for name, extra in (("mesh.msh", 0), ("mesh.vtu", 0), ("abaqus.inp", 2), ("calculix.inp", 2)):
+            read = meshio.read(self.tetrahedra / name)
+            with self.subTest(name):
+                self.assertEqual(len(read.points), summary["nodes"] + extra)
+                self.assertEqual({block.type for block in read.cells}, {"tetra10"})
+                self.assertEqual(sum(len(block.data) for block in read.cells), summary["elements"])
 
     @unittest.skipUnless(meshio, "meshio is not installed")
     def test_meshio_reads_the_surfaces(self):

@@ -42,15 +42,15 @@ std::size_t yarn_elements(const VolumeMesh& m) {
 }
 
 TEST(VoxelMesh, BoxFillsItsVoxels) {
-  const VoxelMesh v = voxel_mesh(straight_warp(), {envelope(0, false, scenes::box_surface({0, 0.25, 0.1}, {1, 0.75, 0.3}))},
+  const CompositeMesh v = voxel_mesh(straight_warp(), {envelope(0, false, scenes::box_surface({0, 0.25, 0.1}, {1, 0.75, 0.3}))},
                                  {.counts = {4, 8, 4}, .resin_margin = 0.1});
   EXPECT_DOUBLE_EQ(v.mesh.low.z(), 0);
   EXPECT_DOUBLE_EQ(v.mesh.high.z(), 0.4);
   EXPECT_EQ(yarn_elements(v.mesh), 4U * 4U * 2U);
   ASSERT_EQ(v.volumes.size(), 1U);
-  EXPECT_NEAR(v.volumes[0].voxels, v.volumes[0].envelope, 1e-12);
+  EXPECT_NEAR(v.volumes[0].elements, v.volumes[0].envelope, 1e-12);
   for (std::size_t i = 0; i < v.mesh.elements(); ++i) {
-    const Vec3 center = 0.5 * (v.mesh.points[v.mesh.hexes[i][0]] + v.mesh.points[v.mesh.hexes[i][6]]);
+    const Vec3 center = v.mesh.center(i);
     const bool inside = std::abs(center.y() - 0.5) < 0.25 && std::abs(center.z() - 0.2) < 0.1;
     ASSERT_EQ(v.mesh.yarn[i], inside ? 0 : -1);
     // From the sides of the box, not from its ends, which join the next period.
@@ -62,11 +62,11 @@ TEST(VoxelMesh, BoxFillsItsVoxels) {
 // The planes of the box pass through the centers of elements: a center on a surface counts as a little farther along x, y and z, so that
 // those on the low sides are inside, those on the high sides outside, and no column leaks.
 TEST(VoxelMesh, CentersOnTheSurface) {
-  const VoxelMesh v = voxel_mesh(straight_warp(), {envelope(0, false, scenes::box_surface({0.125, 0.25, 0.125}, {1.125, 0.75, 0.375}))},
+  const CompositeMesh v = voxel_mesh(straight_warp(), {envelope(0, false, scenes::box_surface({0.125, 0.25, 0.125}, {1.125, 0.75, 0.375}))},
                                  {.counts = {4, 16, 4}, .resin_margin = 0.125});
   // z: centers at 0.0625, 0.1875 ...; y: at 1/32 + j/16, none on the planes 0.25 and 0.75; x: at 1/8, on the cap.
   EXPECT_EQ(yarn_elements(v.mesh), 4U * 8U * 2U);
-  const VoxelMesh on =
+  const CompositeMesh on =
       voxel_mesh(straight_warp(), {envelope(0, false, scenes::box_surface({0.125, 0.28125, 0.125}, {1.125, 0.71875, 0.375}))},
                  {.counts = {4, 16, 2}, .resin_margin = 0.125});
   // Now y = 9/32 is the center of column 4, 23/32 that of column 11; z: 0.125 and 0.375 are both centers.
@@ -80,9 +80,9 @@ TEST(VoxelMesh, CentersOnTheSurface) {
 TEST(VoxelMesh, PeriodicImagesFillTheCell) {
   const weave::Snapshot s = straight_warp();
   const VoxelOptions options{.counts = {2, 10, 4}};
-  const VoxelMesh across = voxel_mesh(s, {envelope(0, false, scenes::box_surface({0, 0.7, 0.1}, {1, 1.3, 0.3}))}, options);
-  const VoxelMesh below = voxel_mesh(s, {envelope(0, false, scenes::box_surface({0, -0.3, 0.1}, {1, 0.3, 0.3}))}, options);
-  const VoxelMesh shifted = voxel_mesh(s, {envelope(0, false, scenes::box_surface({-0.4, 0.7, 0.1}, {0.6, 1.3, 0.3}))}, options);
+  const CompositeMesh across = voxel_mesh(s, {envelope(0, false, scenes::box_surface({0, 0.7, 0.1}, {1, 1.3, 0.3}))}, options);
+  const CompositeMesh below = voxel_mesh(s, {envelope(0, false, scenes::box_surface({0, -0.3, 0.1}, {1, 0.3, 0.3}))}, options);
+  const CompositeMesh shifted = voxel_mesh(s, {envelope(0, false, scenes::box_surface({-0.4, 0.7, 0.1}, {0.6, 1.3, 0.3}))}, options);
   EXPECT_EQ(yarn_elements(across.mesh), 2U * 6U * 4U);
   EXPECT_EQ(across.mesh.yarn, below.mesh.yarn);
   EXPECT_EQ(across.mesh.yarn, shifted.mesh.yarn);
@@ -98,8 +98,8 @@ TEST(VoxelMesh, VolumeConvergesToTheSurfaces) {
     const weave::Snapshot s = scenes::one_yarn(1, 1, weft, wave, scenes::grid_offsets(0.2, 0.1, 3, 2), 0.03, 0.004, 32);
     double error = 0;
     for (const int n : {12, 24, 48}) {
-      const VoxelMesh v = voxel_mesh(s, {envelope(0, weft, tube)}, {.counts = {n, n, n}});
-      error = std::abs(v.volumes[0].voxels / v.volumes[0].envelope - 1);
+      const CompositeMesh v = voxel_mesh(s, {envelope(0, weft, tube)}, {.counts = {n, n, n}});
+      error = std::abs(v.volumes[0].elements / v.volumes[0].envelope - 1);
       // Elements are wrong only where the surface passes: a share 6 (h/w + h/t) of them at most, and mostly as many in as out.
       EXPECT_LT(error, 0.25 / n) << (weft ? "weft" : "warp") << ", n = " << n;
     }
@@ -123,7 +123,7 @@ TEST(VoxelMesh, TheDeeperYarnWins) {
     s.area.push_back(0.006);
   }
   // Two layers of four elements in z share the element layers 2 and 3 of six.
-  const VoxelMesh v = voxel_mesh(s,
+  const CompositeMesh v = voxel_mesh(s,
                                  {envelope(1, true, scenes::box_surface({0.25, 0, 0.2}, {0.75, 1, 0.4})),
                                   envelope(0, false, scenes::box_surface({0, 0.25, 0.1}, {1, 0.75, 0.3}))},
                                  {.counts = {4, 4, 6}});
@@ -140,9 +140,9 @@ TEST(VoxelMesh, TheDeeperYarnWins) {
 
 TEST(VoxelMesh, LocalFractionsAddUpToTheFibers) {
   const weave::Snapshot s = scenes::one_yarn(1, 1, false, wave, scenes::grid_offsets(0.3, 0.15, 5, 3), 0.03, 0.0015, 64);
-  const VoxelMesh v = voxel_mesh(s, {envelope(0, false, scenes::tube_surface({}, wave))}, {.counts = {12, 24, 24}});
+  const CompositeMesh v = voxel_mesh(s, {envelope(0, false, scenes::tube_surface({}, wave))}, {.counts = {12, 24, 24}});
   double fibers = 0;
-  for (std::size_t i = 0; i < v.mesh.elements(); ++i) fibers += v.mesh.volume_fraction[i] * v.mesh.element_volume();
+  for (std::size_t i = 0; i < v.mesh.elements(); ++i) fibers += v.mesh.volume_fraction[i] * v.mesh.volume(i);
   EXPECT_NEAR(fibers, v.volumes[0].fibers, 1e-12);
   // What is left to scale is the voxels' error of the volume, 1 %.
   EXPECT_NEAR(v.volumes[0].fraction_scale, 1, 0.02);

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <numeric>
+#include <numbers>
 #include <stdexcept>
 
 #include "relax/surface_file.hpp"
@@ -14,10 +14,20 @@
 namespace heddle {
 namespace {
 
-double solid_fraction(const relax::VoxelMesh& v) {
+double cell_volume(const relax::CompositeMesh& c) {
+  return (c.mesh.high - c.mesh.low).prod();
+}
+
+double solid_fraction(const relax::CompositeMesh& c) {
   double fibers = 0;
-  for (const relax::YarnVolume& y : v.volumes) fibers += y.fibers;
-  return fibers / (v.mesh.high - v.mesh.low).prod();
+  for (const relax::YarnVolume& y : c.volumes) fibers += y.fibers;
+  return fibers / cell_volume(c);
+}
+
+double yarn_fraction(const relax::CompositeMesh& c) {
+  double yarns = 0;
+  for (const relax::YarnVolume& y : c.volumes) yarns += y.elements;
+  return yarns / cell_volume(c);
 }
 
 nlohmann::ordered_json constants_json(const relax::TransverseIsotropic& m) {
@@ -76,6 +86,19 @@ relax::VoxelOptions voxel_options(const CompositeOptions& o) {
   return voxels;
 }
 
+MeshedCell mesh_cell(const CompositeInput& input, const CompositeOptions& o) {
+  if (!o.tetrahedra) return {relax::voxel_mesh(input.source.snapshot, input.envelopes, voxel_options(o)), {}};
+  relax::TetOptions tetrahedra;
+  tetrahedra.edge_length = o.edge_length;
+  tetrahedra.resin_margin = o.resin_margin;
+  tetrahedra.fields.kernel_radius = o.kernel_radius;
+  MeshedCell meshed;
+  meshed.tetrahedra.emplace();
+  meshed.composite = relax::tet_mesh(input.source.snapshot, input.envelopes, tetrahedra, &*meshed.tetrahedra);
+  if (o.quadratic) meshed.composite.mesh = relax::with_middle_nodes(meshed.composite.mesh);
+  return meshed;
+}
+
 relax::Constituents constituents_of(const CompositeOptions& o, const weave::Case& source_case) {
   relax::Constituents c;
   c.fiber_name = !o.fiber.empty() ? o.fiber : material_of_yarns(source_case);
@@ -111,9 +134,10 @@ relax::Constituents constituents_of(const CompositeOptions& o, const weave::Case
   return c;
 }
 
-std::string composite_summary(const CompositeInput& input, const relax::VoxelMesh& v, const relax::Constituents& c,
+std::string composite_summary(const CompositeInput& input, const MeshedCell& meshed, const relax::Constituents& c,
                               const CompositeOptions& o) {
   using nlohmann::ordered_json;
+  const relax::CompositeMesh& v = meshed.composite;
   const relax::VolumeMesh& m = v.mesh;
   const Eigen::Vector3d size = m.high - m.low;
   ordered_json j;
@@ -121,25 +145,31 @@ std::string composite_summary(const CompositeInput& input, const relax::VoxelMes
   j["version"] = relax::version();
   j["envelopes"] = o.input.string();
   j["elements"] = m.elements();
-  j["voxels"] = m.voxels;
+  j["element_shape"] = meshed.tetrahedra ? "tetrahedron" : "hexahedron";
+  j["nodes_per_element"] = relax::nodes_of(m.shape);
+  j["nodes"] = m.points.size();
   j["cell_m"] = {size.x(), size.y(), size.z()};
-  j["voxel_m"] = {size.x() / m.voxels[0], size.y() / m.voxels[1], size.z() / m.voxels[2]};
+  if (const auto& t = meshed.tetrahedra) {
+    j["edge_length_m"] = t->edge_length;
+    j["surface_triangles"] = t->surface_triangles;
+    j["dihedral_min_rad"] = t->dihedral_min;
+    j["dihedral_max_rad"] = t->dihedral_max;
+    j["flat_elements_share"] = t->flat_share;
+  } else {
+    j["voxels"] = m.voxels;
+    j["voxel_m"] = {size.x() / m.voxels[0], size.y() / m.voxels[1], size.z() / m.voxels[2]};
+    j["elements_in_two_envelopes"] = v.contested;
+  }
   j["periodic_z"] = !o.free_z;
   j["resin_margin_m"] = o.resin_margin;
   j["fiber_volume_fraction"] = solid_fraction(v);
-  double yarn_voxels = 0, largest = 0;
-  for (std::size_t i = 0; i < m.elements(); ++i) {
-    yarn_voxels += m.yarn[i] >= 0 ? 1 : 0;
-    largest = std::max(largest, m.volume_fraction[i]);
-  }
-  j["yarn_volume_fraction"] = yarn_voxels / static_cast<double>(m.elements());
-  j["local_volume_fraction_largest"] = largest;
-  j["elements_in_two_envelopes"] = v.contested;
+  j["yarn_volume_fraction"] = yarn_fraction(v);
+  j["local_volume_fraction_largest"] = *std::max_element(m.volume_fraction.begin(), m.volume_fraction.end());
   j["yarns"] = ordered_json::array();
   for (const relax::YarnVolume& y : v.volumes)
     j["yarns"].push_back({{"yarn", y.yarn},
                           {"envelope_m3", y.envelope},
-                          {"voxels_m3", y.voxels},
+                          {"elements_m3", y.elements},
                           {"fibers_m3", y.fibers},
                           {"local_fractions_scaled_by", y.fraction_scale}});
   j["fiber"] = constants_json(c.fiber);
@@ -150,18 +180,25 @@ std::string composite_summary(const CompositeInput& input, const relax::VoxelMes
   return j.dump();
 }
 
-void print_composite(const CompositeInput& input, const relax::VoxelMesh& v, const relax::Constituents& c) {
+void print_composite(const CompositeInput& input, const MeshedCell& meshed, const relax::Constituents& c) {
+  const relax::CompositeMesh& v = meshed.composite;
   const relax::VolumeMesh& m = v.mesh;
   const Eigen::Vector3d size = 1e3 * (m.high - m.low);
-  double envelopes = 0, voxels = 0;
-  for (const relax::YarnVolume& y : v.volumes) {
-    envelopes += y.envelope;
-    voxels += y.voxels;
+  double envelopes = 0;
+  for (const relax::YarnVolume& y : v.volumes) envelopes += y.envelope;
+  const std::string counts = meshed.tetrahedra ? "tetrahedra" : fmt::format("= {} x {} x {} voxels", m.voxels[0], m.voxels[1], m.voxels[2]);
+  fmt::print("{}: {} {} in {:.4g} x {:.4g} x {:.4g} mm, {} yarns\n", input.case_name, m.elements(), counts, size.x(), size.y(), size.z(),
+             m.yarns.size());
+  fmt::print("  fiber volume fraction {:.4f}, yarns {:.4f} of the cell (their envelopes {:.4f})", solid_fraction(v), yarn_fraction(v),
+             envelopes / cell_volume(v));
+  if (const auto& t = meshed.tetrahedra) {
+    constexpr double degree = std::numbers::pi / 180;
+    fmt::print(
+        "\n  dihedral angles {:.2g} to {:.4g} degrees, below 5 in {:.2f} % of the elements; {} triangles of the surfaces are faces\n",
+        t->dihedral_min / degree, t->dihedral_max / degree, 1e2 * t->flat_share, t->surface_triangles);
+  } else {
+    fmt::print(", {} elements within two envelopes\n", v.contested);
   }
-  fmt::print("{}: {} x {} x {} = {} elements in {:.4g} x {:.4g} x {:.4g} mm, {} yarns\n", input.case_name, m.voxels[0], m.voxels[1],
-             m.voxels[2], m.elements(), size.x(), size.y(), size.z(), m.yarns.size());
-  fmt::print("  fiber volume fraction {:.4f}, yarns {:.4f} of the cell (their envelopes {:.4f}), {} elements within two envelopes\n",
-             solid_fraction(v), voxels / (m.high - m.low).prod(), envelopes / (m.high - m.low).prod(), v.contested);
   fmt::print("  fiber {}: E1 {:.4g} E2 {:.4g} G12 {:.4g} GPa, nu12 {:.3g} nu23 {:.3g}; matrix {}: E {:.4g} GPa, nu {:.3g}; {}\n",
              c.fiber_name, 1e-9 * c.fiber.e1, 1e-9 * c.fiber.e2, 1e-9 * c.fiber.g12, c.fiber.nu12, c.fiber.nu23, c.matrix_name,
              1e-9 * c.matrix_e, c.matrix_nu, c.rule == relax::Micromechanics::chamis ? "Chamis' rule" : "Mori-Tanaka");

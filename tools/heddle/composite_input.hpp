@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,9 @@ struct CompositeOptions {
   std::vector<int> voxels;       ///< along x, y, z; empty: by voxel_size or elements
   double voxel_size = 0;         ///< [m]; 0: by elements
   int elements = 20000;          ///< about so many
+  bool tetrahedra = false;       ///< that conform to the yarns' surfaces, in place of voxels
+  double edge_length = 0;        ///< of the tetrahedra [m]; 0: as relax::TetOptions
+  bool quadratic = false;        ///< tetrahedra with nodes at the middles of their edges
   double resin_margin = 0;       ///< [m]
   double kernel_radius = 2;      ///< of the estimate of local volume fractions [fiber diameters]
   std::string fiber;             ///< one of weave::known_fibers(); empty: as the case says, else "e_glass"
@@ -43,15 +47,22 @@ CompositeInput read_composite_input(const std::filesystem::path& folder);
 
 relax::VoxelOptions voxel_options(const CompositeOptions& options);
 
+/// A mesh, and of tetrahedra their shape.
+struct MeshedCell {
+  relax::CompositeMesh composite;
+  std::optional<relax::TetQuality> tetrahedra;
+};
+MeshedCell mesh_cell(const CompositeInput& input, const CompositeOptions& options);
+
 /// Materials by the options, or, where these are silent, by the case. Throws std::invalid_argument for a fiber or rule that is not known,
 /// constants that are not those of a material, or a case whose yarns are of several materials.
 relax::Constituents constituents_of(const CompositeOptions& options, const weave::Case& source_case);
 
 /// Entries of a summary that say what was meshed and of what materials, as JSON text of an object.
-std::string composite_summary(const CompositeInput& input, const relax::VoxelMesh& voxels, const relax::Constituents& constituents,
+std::string composite_summary(const CompositeInput& input, const MeshedCell& meshed, const relax::Constituents& constituents,
                               const CompositeOptions& options);
 
 /// The same for the reader at the terminal.
-void print_composite(const CompositeInput& input, const relax::VoxelMesh& voxels, const relax::Constituents& constituents);
+void print_composite(const CompositeInput& input, const MeshedCell& meshed, const relax::Constituents& constituents);
 
 }  // namespace heddle

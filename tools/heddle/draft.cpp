@@ -39,7 +39,8 @@ std::vector<Sketch> sketches_of(const weave::Case& spec) {
   int first_warp = 0;
   for (std::size_t i = 0; i < spec.sections.size(); ++i) {
     const weave::WarpSection& section = spec.sections[i];
-    sketches.push_back({&section, static_cast<int>(i), first_warp, weave::positions_from_weaving_matrix(section.matrix, spec.layers, spec.insertion_order)});
+    sketches.push_back({&section, static_cast<int>(i), first_warp,
+                        weave::positions_from_weaving_matrix(section.matrix, spec.layers, spec.insertion_order)});
     first_warp += static_cast<int>(section.matrix.cols());
   }
   return sketches;

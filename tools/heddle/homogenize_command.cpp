@@ -46,25 +46,55 @@ constexpr std::array<NamedConstant, 9> constants = {{
     {"nu_yz", "nu_yz", &EngineeringConstants::nu_yz, false, false},
 }};
 
-/// Mesh, and what CalculiX makes of it.
+/// A mesh, and what CalculiX makes of it.
 struct Solved {
-  relax::VoxelMesh voxels;
+  MeshedCell cell;
   relax::Homogenization result;
   double mesh_wall = 0;  ///< [s]
 };
 
-Solved solve(const CompositeInput& input, const relax::Constituents& constituents, const relax::VoxelOptions& voxels,
-             const HomogenizeCommandOptions& options, const std::filesystem::path& folder, const std::string& name) {
-  const auto start = std::chrono::steady_clock::now();
-  Solved solved;
-  solved.voxels = relax::voxel_mesh(input.source.snapshot, input.envelopes, voxels);
-  solved.mesh_wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+relax::Homogenization solve(const relax::VolumeMesh& mesh, const CompositeInput& input, const relax::Constituents& constituents,
+                            const HomogenizeCommandOptions& options, const std::filesystem::path& folder, const std::string& name) {
   relax::HomogenizeOptions o;
   o.ccx = options.ccx;
   o.periodic_z = !options.free_z;
   o.bins = options.bins;
   o.title = input.case_name + ", unit cell";
-  solved.result = relax::homogenize(solved.voxels.mesh, constituents, o, folder, name);
+  return relax::homogenize(mesh, constituents, o, folder, name);
+}
+
+/// On voxels, or on tetrahedra with nodes at the middles of their edges.
+Solved solve_fine(const CompositeInput& input, const relax::Constituents& constituents, const HomogenizeCommandOptions& options,
+                  const std::filesystem::path& folder) {
+  const auto start = std::chrono::steady_clock::now();
+  HomogenizeCommandOptions fine = options;
+  fine.quadratic = options.tetrahedra;
+  Solved solved;
+  solved.cell = mesh_cell(input, fine);
+  solved.mesh_wall = seconds_since(start);
+  solved.result = solve(solved.cell.composite.mesh, input, constituents, options, folder, "calculix");
+  return solved;
+}
+
+/// On voxels half as large again, or on the same tetrahedra without these nodes.
+Solved solve_coarse(const CompositeInput& input, const relax::Constituents& constituents, const HomogenizeCommandOptions& options,
+                    const relax::VolumeMesh& fine, const std::filesystem::path& folder) {
+  const auto start = std::chrono::steady_clock::now();
+  Solved solved;
+  if (options.tetrahedra) {
+    solved.cell.composite.mesh = relax::without_middle_nodes(fine);
+  } else {
+    HomogenizeCommandOptions coarse = options;
+    coarse.voxels.clear();
+    for (const int count : fine.voxels) coarse.voxels.push_back(std::max(1, static_cast<int>(std::lround(count / 1.5))));
+    solved.cell = mesh_cell(input, coarse);
+  }
+  solved.mesh_wall = seconds_since(start);
+  solved.result = solve(solved.cell.composite.mesh, input, constituents, options, folder, "calculix_coarse");
   return solved;
 }
 
@@ -92,17 +122,16 @@ void print_result(const relax::Homogenization& r, const std::vector<int>& order,
 
 int homogenize_command(const HomogenizeCommandOptions& options) {
   const auto start = std::chrono::steady_clock::now();
-  const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
   relax::find_ccx(options.ccx);
   const CompositeInput input = read_composite_input(options.input);
   const relax::Constituents constituents = constituents_of(options, input.source_case);
-  const double read_wall = seconds();
+  const double read_wall = seconds_since(start);
   const std::filesystem::path output = options.output.empty() ? options.input / "homogenized" : options.output;
   std::filesystem::create_directories(output);
 
-  const relax::VoxelOptions voxels = voxel_options(options);
-  const Solved fine = solve(input, constituents, voxels, options, output, "calculix");
-  print_composite(input, fine.voxels, constituents);
+  const Solved fine = solve_fine(input, constituents, options, output);
+  const relax::VolumeMesh& mesh = fine.cell.composite.mesh;
+  print_composite(input, fine.cell, constituents);
   const bool periodic_z = !options.free_z;
   const std::vector<int> order = relax::load_cases(periodic_z);
   const auto engineering = [&](const Matrix6& m) {
@@ -115,7 +144,7 @@ int homogenize_command(const HomogenizeCommandOptions& options) {
   fmt::print("  solved in {:.1f} s, unsymmetric by {:.1e} before it was made symmetric\n", r.solve_wall, r.asymmetry);
 
   nlohmann::ordered_json j = {{"tool", "homogenize"}};
-  j.update(nlohmann::ordered_json::parse(composite_summary(input, fine.voxels, constituents, options)));
+  j.update(nlohmann::ordered_json::parse(composite_summary(input, fine.cell, constituents, options)));
   j["volume_fraction_bin_width"] = r.bin_width;
   j["elements_capped"] = r.capped;
   j["stiffness_order"] = periodic_z ? "xx, yy, zz, yz, xz, xy" : "xx, yy, xy";
@@ -127,28 +156,28 @@ int homogenize_command(const HomogenizeCommandOptions& options) {
   if (periodic_z) j["reuss_stiffness_Pa"] = matrix_json(r.bounds.reuss, order);
   nlohmann::ordered_json stages = {{"read", read_wall}, {"mesh", fine.mesh_wall}, {"solve", r.solve_wall}};
   if (options.mesh_error) {
-    relax::VoxelOptions coarse_voxels = voxels;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      coarse_voxels.counts[axis] = std::max(1, static_cast<int>(std::lround(fine.voxels.mesh.voxels[axis] / 1.5)));
-    const Solved coarse = solve(input, constituents, coarse_voxels, options, output, "calculix_coarse");
+    const Solved coarse = solve_coarse(input, constituents, options, mesh, output);
+    const relax::VolumeMesh& coarse_mesh = coarse.cell.composite.mesh;
     const double error = (coarse.result.stiffness - r.stiffness).norm() / r.stiffness.norm();
     const EngineeringConstants of_coarse = engineering(coarse.result.stiffness);
     j["mesh_error"] = error;
-    j["mesh_error_elements"] = coarse.voxels.mesh.elements();
+    j["mesh_error_elements"] = coarse_mesh.elements();
+    j["mesh_error_nodes"] = coarse_mesh.points.size();
     j["coarse_stiffness_Pa"] = matrix_json(coarse.result.stiffness, order);
     stages["coarse_mesh"] = coarse.mesh_wall;
     stages["coarse_solve"] = coarse.result.solve_wall;
-    fmt::print("  on {} elements the stiffness differs by {:.2f} % (norm of the matrix);", coarse.voxels.mesh.elements(), 1e2 * error);
+    fmt::print("  on {} elements of {} nodes the stiffness differs by {:.2f} % (norm of the matrix);", coarse_mesh.elements(),
+               relax::nodes_of(coarse_mesh.shape), 1e2 * error);
     for (const NamedConstant& n : constants)
       if (n.modulus && (periodic_z || n.in_plane)) fmt::print(" {} {:+.2f} %", n.label, 1e2 * (of_coarse.*n.value / (c.*n.value) - 1));
     fmt::print("\n");
   } else {
     j["mesh_error"] = nullptr;
   }
-  j["wall_s"] = seconds();
+  j["wall_s"] = seconds_since(start);
   j["stage_wall_s"] = stages;
   j["peak_memory_bytes"] = weave::peak_memory_bytes();
-  weave::write_text_file(output / "mesh.vtu", relax::vtu_text(fine.voxels.mesh));
+  weave::write_text_file(output / "mesh.vtu", relax::vtu_text(mesh));
   weave::write_text_file(output / "summary.json", j.dump(2) + "\n");
   fmt::print("  results in {}\n", output.string());
   return 0;

@@ -28,7 +28,14 @@ void add_composite_options(CLI::App& app, heddle::CompositeOptions& o) {
       ->check(CLI::Range(1, 100000000))
       ->excludes(voxels)
       ->excludes(size);
-  app.add_option("--resin-margin", o.resin_margin, "resin above and below the yarns [m] (default 0)")->check(CLI::NonNegativeNumber);
+  auto* tetrahedra = app.add_flag("--tetrahedra", o.tetrahedra, "elements that conform to the yarns' surfaces, in place of voxels")
+                         ->excludes(voxels)
+                         ->excludes(size);
+  app.add_option("--edge-length", o.edge_length, "of the tetrahedra, about [m] (default: the mean of the surfaces' edges)")
+      ->check(CLI::PositiveNumber)
+      ->needs(tetrahedra);
+  app.add_option("--resin-margin", o.resin_margin, "resin above and below the yarns [m] (default 0; a tenth of an edge with tetrahedra)")
+      ->check(CLI::NonNegativeNumber);
   app.add_option("--kernel-radius", o.kernel_radius, "fibers within it make a point's local volume fraction [fiber diameters]")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
@@ -133,6 +140,8 @@ int main(int argc, char** argv) {
   heddle::CompositeOptions mesh;
   CLI::App* mesh_app = app.add_subcommand("mesh", "Mesh a composite unit cell; write VTU, Gmsh, Abaqus and CalculiX files");
   add_composite_options(*mesh_app, mesh);
+  mesh_app->add_flag("--quadratic", mesh.quadratic, "tetrahedra with nodes at the middles of their edges, as homogenize takes them")
+      ->needs("--tetrahedra");
 
   heddle::HomogenizeCommandOptions homogenize;
   CLI::App* homogenize_app = app.add_subcommand("homogenize", "Stiffness of a composite unit cell, by CalculiX");

@@ -1,0 +1,111 @@
+#include "composite_cell.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "relax/surface_file.hpp"
+
+namespace relax {
+namespace {
+
+/// Triangles of a yarn's surface but those of its caps.
+std::vector<std::array<Vec3, 3>> side_triangles(const SurfaceMesh& surface, const Bounds& bounds, int along, double period) {
+  std::vector<std::array<Vec3, 3>> triangles;
+  const double near = 1e-9 * period;
+  for (const auto& t : surface.triangles) {
+    const std::array<Vec3, 3> x = {surface.points[t[0]], surface.points[t[1]], surface.points[t[2]]};
+    const auto on = [&](double face) {
+      return std::all_of(x.begin(), x.end(), [&](const Vec3& p) { return std::abs(p[along] - face) < near; });
+    };
+    if (!on(bounds.low[along]) && !on(bounds.high[along])) triangles.push_back(x);
+  }
+  return triangles;
+}
+
+}  // namespace
+
+Bounds bounds_of(const SurfaceMesh& surface) {
+  Bounds b{surface.points.front(), surface.points.front()};
+  for (const Vec3& x : surface.points) {
+    b.low = b.low.cwiseMin(x);
+    b.high = b.high.cwiseMax(x);
+  }
+  return b;
+}
+
+CompositeCell composite_cell(const weave::Snapshot& snapshot, const std::vector<YarnEnvelope>& envelopes, double resin_margin) {
+  if (envelopes.empty()) throw std::invalid_argument("composite mesh: no yarn envelopes");
+  if (!(snapshot.cell_length > 0) || !(snapshot.cell_width > 0))
+    throw std::invalid_argument("composite mesh: the snapshot is of no periodic cell");
+  if (!(resin_margin >= 0)) throw std::invalid_argument("composite mesh: the resin margin must be >= 0");
+  CompositeCell cell{{snapshot.x_min, 0, 1e300}, {snapshot.x_min + snapshot.cell_length, snapshot.cell_width, -1e300}, {}};
+  for (const YarnEnvelope& e : envelopes) cell.yarns.push_back(&e);
+  std::sort(cell.yarns.begin(), cell.yarns.end(), [](const YarnEnvelope* a, const YarnEnvelope* b) { return a->yarn < b->yarn; });
+  for (std::size_t i = 0; i < cell.yarns.size(); ++i) {
+    const YarnEnvelope& e = *cell.yarns[i];
+    if (i > 0 && cell.yarns[i - 1]->yarn == e.yarn)
+      throw std::invalid_argument("composite mesh: yarn " + std::to_string(e.yarn) + " has two envelopes");
+    const Bounds b = bounds_of(e.surface);
+    const int along = e.weft ? 1 : 0;
+    const double period = (cell.high - cell.low)[along], length = (b.high - b.low)[along];
+    if (std::abs(length - period) > 1e-6 * period)
+      throw std::invalid_argument("composite mesh: the envelope of yarn " + std::to_string(e.yarn) + " is " + std::to_string(1e3 * length) +
+                                  " mm long, but its period is " + std::to_string(1e3 * period) + " mm");
+    cell.low.z() = std::min(cell.low.z(), b.low.z() - resin_margin);
+    cell.high.z() = std::max(cell.high.z(), b.high.z() + resin_margin);
+  }
+  return cell;
+}
+
+YarnDistance::YarnDistance(const YarnEnvelope& yarn, const CompositeCell& cell)
+    : bounds_(bounds_of(yarn.surface)),
+      along_(yarn.weft ? 1 : 0),
+      period_((cell.high - cell.low)[along_]),
+      lateral_period_((cell.high - cell.low)[1 - along_]),
+      side_(side_triangles(yarn.surface, bounds_, along_, period_)) {}
+
+double YarnDistance::from(const Vec3& point) const {
+  // Images of the point in the span of the surface along the yarn, and at the images across that it may reach.
+  const int lateral = 1 - along_;
+  Vec3 p = point;
+  p[along_] -= std::floor((p[along_] - bounds_.low[along_]) / period_) * period_;
+  p[lateral] -= std::ceil((p[lateral] - bounds_.high[lateral]) / lateral_period_) * lateral_period_;
+  double best = 1e300;
+  for (; p[lateral] >= bounds_.low[lateral]; p[lateral] -= lateral_period_)
+    for (const double period : {0.0, -period_, period_}) {
+      Vec3 image = p;
+      image[along_] += period;
+      best = std::min(best, side_.from(image, best));
+    }
+  return best;
+}
+
+void fill_fields(const weave::Snapshot& snapshot, const CompositeCell& cell, const FieldOptions& options, CompositeMesh& composite) {
+  VolumeMesh& m = composite.mesh;
+  for (std::size_t y = 0; y < cell.yarns.size(); ++y) {
+    const YarnFields fields(snapshot, cell.yarns[y]->yarn, cell.yarns[y]->surface, options);
+    YarnVolume volume;
+    volume.yarn = cell.yarns[y]->yarn;
+    volume.envelope = enclosed_volume(cell.yarns[y]->surface);
+    volume.fibers = fields.fiber_volume();
+    double counted = 0;
+    for (std::size_t i = 0; i < m.elements(); ++i) {
+      if (m.yarn[i] != static_cast<std::int32_t>(y)) continue;
+      const YarnFields::Value value = fields.at(m.center(i));
+      m.direction[i] = value.direction;
+      m.yarn_tangent[i] = value.yarn_tangent;
+      m.location[i] = value.location;
+      m.volume_fraction[i] = value.volume_fraction;
+      volume.elements += m.volume(i);
+      counted += value.volume_fraction * m.volume(i);
+    }
+    if (counted > 0) volume.fraction_scale = volume.fibers / counted;
+    for (std::size_t i = 0; i < m.elements(); ++i)
+      if (m.yarn[i] == static_cast<std::int32_t>(y)) m.volume_fraction[i] *= volume.fraction_scale;
+    composite.volumes.push_back(volume);
+  }
+}
+
+}  // namespace relax
