@@ -15,14 +15,18 @@ using weave::Model;
 constexpr int images = 12;  ///< looked at on either side
 
 /// Distance of a point from the axis of a fiber shifted by image * period_y: the least of places along each span, and by golden section
-/// about it.
-double distance_to_fiber(const Model& m, const weave::FiberGeometry& g, const Vec3& point, std::uint32_t fiber, int image) {
-  const Vec3 shift(0, image * m.period_y, 0);
+/// about it. Spans that are all farther away than `bound` are left out: they lie within half as much again as their places do of their
+/// middle.
+double distance_to_fiber(const Model& m, const weave::FiberGeometry& g, const Vec3& point, std::uint32_t fiber, int image, double bound) {
+  const Vec3 from = point - Vec3(0, image * m.period_y, 0);
   constexpr int places = 8;
   double least = 1e300;
   for (std::uint32_t q = m.first[fiber]; q < m.first[fiber] + m.own_nodes(fiber); ++q) {
     const weave::Span& span = g.span[q];
-    const auto distance = [&](double u) { return (point - shift - span.point(u)).norm(); };
+    const Vec3 middle = span.point(0.5 * (span.low + span.high));
+    const double half = std::max((span.point(span.low) - middle).norm(), (span.point(span.high) - middle).norm());
+    if ((from - middle).norm() > bound + 1.5 * half) continue;
+    const auto distance = [&](double u) { return (from - span.point(u)).norm(); };
     const double width = (span.high - span.low) / places;
     double nearest = span.low;
     for (int k = 1; k <= places; ++k) {
@@ -75,7 +79,7 @@ void compare_with_brute_force(const weave::Engine& engine, Comparison& result) {
           std::map<int, double> by_image;  // a closed fiber has one entry
           for (int k = -reach_of_images; k <= reach_of_images; ++k) {
             if (b == f && (k == 0 || m.periodic[f])) continue;
-            const double d = distance_to_fiber(m, g, point, b, k);
+            const double d = distance_to_fiber(m, g, point, b, k, m.pair_law(f, b).reach);
             const auto [entry, first] = by_image.try_emplace(m.periodic[b] ? 0 : k, d);
             if (!first) entry->second = std::min(entry->second, d);
           }
