@@ -92,8 +92,8 @@ CellFiber fiber_along(std::vector<Vec3> x, const Vec3& period) {
 }  // namespace
 
 std::pair<Cell, std::vector<Vec3>> cell_from_topology(const weave::Case& c, const TopologyOptions& options) {
-  if (!(options.warp_tension > 0 && options.weft_tension > 0))
-    throw std::invalid_argument("a start from topology needs tensions > 0 for warp and weft");
+  if (!(options.warp_tension >= 0 && options.weft_tension >= 0))
+    throw std::invalid_argument("a start from topology needs tensions >= 0 for warp and weft");
   const auto positions = weave::positions_from_weaving_matrix(c.matrix(), c.layers, c.insertion_order);
   if (!positions) throw std::invalid_argument("a start from topology needs a weaving matrix that warp positions describe");
   const weave::LoomLayout layout = weave::lay_out(c);
@@ -131,16 +131,18 @@ std::pair<Cell, std::vector<Vec3>> cell_from_topology(const weave::Case& c, cons
     }
   };
   const int warps = static_cast<int>(layout.warps.size());
+  const double weft_tension = options.weft_tension > 0 ? options.weft_tension : c.loom.tension;
   for (int w = 0; w < warps; ++w) {
     const weave::WarpPlace& warp = layout.warps[static_cast<std::size_t>(w)];
-    add_yarn(false, warp.type, w, options.warp_tension, [&](double share) {
+    const double tension = options.warp_tension > 0 ? options.warp_tension : warp.tension;
+    add_yarn(false, warp.type, w, tension, [&](double share) {
       return Vec3(share * cell.length_x, warp.y, warp_height(stack.warp_z[static_cast<std::size_t>(w)], share));
     });
   }
   for (int pick = 0; pick < c.picks_per_cell(); ++pick) {
     const auto layer = static_cast<std::size_t>(c.layer_of_pick(pick));
     const double column_x = (pick / c.layers + 0.5) / c.columns * cell.length_x;
-    add_yarn(true, layout.weft_type[layer], warps + pick, options.weft_tension,
+    add_yarn(true, layout.weft_type[layer], warps + pick, weft_tension,
              [&](double share) { return Vec3(column_x, share * cell.length_y, stack.weft_z[layer]); });
   }
   return {std::move(cell), std::move(x)};

@@ -99,9 +99,10 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 1000));
   relax_app->add_option("--start-fibers", relax.start_fibers, "digital fibers a yarn of a start from topology (default as in the case)")
       ->check(CLI::Range(1, 1000));
-  relax_app->add_option("--warp-tension", relax.warp_tension, "per yarn [N] (default: woven tensions; from topology the loom's)")
+  relax_app->add_option("--warp-tension", relax.warp_tension, "per yarn [N] (default: woven tensions; from topology the case's)")
       ->check(CLI::PositiveNumber);
-  relax_app->add_option("--weft-tension", relax.weft_tension, "per yarn [N] (default: woven tensions; from topology the warp's)")
+  relax_app
+      ->add_option("--weft-tension", relax.weft_tension, "per yarn [N] (default: woven tensions; from topology the warp's or the loom's)")
       ->check(CLI::PositiveNumber);
   relax_app->add_option("--pressure", relax.pressure, "of platens above and below [Pa]")->check(CLI::NonNegativeNumber);
   relax_app->add_option("--element-length", relax.element_length, "[fiber diameters]")->check(CLI::PositiveNumber);

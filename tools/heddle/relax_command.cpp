@@ -93,8 +93,8 @@ Start start_of(const RelaxOptions& options) {
     start.c = weave::load_case(options.input, overrides);
   }
   relax::TopologyOptions topology;
-  topology.warp_tension = options.warp_tension > 0 ? options.warp_tension : start.c.loom.tension;
-  topology.weft_tension = options.weft_tension > 0 ? options.weft_tension : topology.warp_tension;
+  topology.warp_tension = options.warp_tension;
+  topology.weft_tension = options.weft_tension > 0 ? options.weft_tension : options.warp_tension;
   topology.element_length = options.element_length > 0 ? options.element_length : start.c.numerics.element_length;
   std::tie(start.cell, start.x) = relax::cell_from_topology(start.c, topology);
   return start;

@@ -12,8 +12,8 @@ struct RelaxOptions {
   int fibers = 0;                      ///< per yarn, refined from those of the start; 0: as many as the start has
   std::vector<int> series;             ///< the same start at each of these counts, in place of `fibers`
   int start_fibers = 0;                ///< per yarn, of a start from topology; 0: as the case has it
-  double warp_tension = 0;             ///< per yarn [N]; 0: the woven tensions, from topology the loom's
-  double weft_tension = 0;             ///< per yarn [N]; 0: the woven tensions, from topology as the warp
+  double warp_tension = 0;             ///< per yarn [N]; 0: the woven tensions, from topology those of the case
+  double weft_tension = 0;             ///< per yarn [N]; 0: the woven tensions, from topology as the warp or the loom
   double pressure = 0;                 ///< of the platens [Pa]
   double element_length = 0;           ///< [fiber diameters]; 0: as the case has it
   int iterations = 300;                ///< of Newton's method, at most
