@@ -101,11 +101,13 @@ std::vector<int> share_out(const Cell& cell, const Eigen::VectorXd& q, const Yar
   return parts;
 }
 
-/// Place of finer fiber j of n in the section of its coarse one.
-Eigen::Vector2d place_of(int j, int n, double radius) {
+/// Place of finer fiber j of n in the section of its coarse one, from whose surface it stays half its own radius away: where two coarse
+/// fibers touch, their finer ones would else change sides.
+Eigen::Vector2d place_of(int j, int n, double radius, double finer_radius) {
   if (n == 1) return {0, 0};
   const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
-  const double r = radius / std::sqrt(hexagonal_packing) * std::sqrt((j + 0.5) / n);
+  const double outermost = std::min(radius * std::sqrt((n - 0.5) / (n * hexagonal_packing)), radius - 0.5 * finer_radius);
+  const double r = outermost * std::sqrt((j + 0.5) / (n - 0.5));
   return {r * std::cos(j * golden), r * std::sin(j * golden)};
 }
 
@@ -165,7 +167,8 @@ std::pair<Cell, std::vector<Vec3>> refine(const Cell& coarse, const Eigen::Vecto
       finer.bending_stiffness *= share;
       cell.types.push_back(finer);
     }
-    const double spacing = element_length * 2 * cell.types[type->second].radius;
+    const double radius = coarse.types[coarse.type[yarn.begin]].radius, finer_radius = cell.types[type->second].radius;
+    const double spacing = element_length * 2 * finer_radius;
     std::vector<std::uint32_t> start;  // of each coarse fiber's parts
     auto number = static_cast<std::uint32_t>(cell.fibers());
     for (const int n : parts) {
@@ -176,7 +179,7 @@ std::pair<Cell, std::vector<Vec3>> refine(const Cell& coarse, const Eigen::Vecto
     for (std::uint32_t f = yarn.begin; f < yarn.end; ++f) {
       const int n = parts[f - yarn.begin];
       for (int j = 0; j < n; ++j) {
-        CellFiber fiber = beside(coarse, q, f, stretch, place_of(j, n, coarse.type_of(f).radius), spacing);
+        CellFiber fiber = beside(coarse, q, f, stretch, place_of(j, n, radius, finer_radius), spacing);
         fiber.weft = coarse.weft[f] != 0;
         fiber.type = type->second;
         fiber.yarn = coarse.yarn[f];
