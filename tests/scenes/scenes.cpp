@@ -58,6 +58,19 @@ weave::Drive at_rest(const weave::Model& model) {
   return drive;
 }
 
+Momentum momentum(const weave::Engine& engine) {
+  Momentum m;
+  for (std::size_t p = 0; p < engine.model().nodes(); ++p) {
+    const Vec3 q = engine.model().mass[p] * engine.state().v[p];
+    const Vec3 l = engine.state().x[p].cross(q);
+    m.linear += q;
+    m.angular += l;
+    m.linear_scale += q.norm();
+    m.angular_scale += l.norm();
+  }
+  return m;
+}
+
 Scene crossing_pair(const FiberType& type, double angle, double length, int bars, double distance) {
   Scene scene = empty_scene(type);
   for (int i = 0; i < 2; ++i) {

@@ -36,6 +36,13 @@ void add(Scene& scene, const weave::FiberSpec& fiber, const Vec3& velocity = Vec
 /// Nothing is driven.
 weave::Drive at_rest(const weave::Model& model);
 
+/// Momentum of all nodes, and the sum of its parts' magnitudes, which bounds its round-off.
+struct Momentum {
+  Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();  ///< [kg m/s], about the origin [kg m^2/s]
+  double linear_scale = 0, angular_scale = 0;
+};
+Momentum momentum(const weave::Engine& engine);
+
 /// Two fibers of `bars` bars at an angle [rad] in parallel planes, axes `distance` apart along z at their middles; fiber 1 above.
 Scene crossing_pair(const weave::FiberType& type, double angle, double length, int bars, double distance);
 

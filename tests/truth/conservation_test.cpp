@@ -1,5 +1,4 @@
 #include <gtest/gtest.h>
-#include <Eigen/Geometry>
 
 #include <cmath>
 
@@ -10,24 +9,6 @@ namespace {
 using namespace scenes;
 using weave::Engine;
 using weave::Ledger;
-
-struct Momentum {
-  Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
-  double linear_scale = 0, angular_scale = 0;
-};
-
-Momentum momentum(const Engine& engine) {
-  Momentum m;
-  for (std::size_t p = 0; p < engine.model().nodes(); ++p) {
-    const Vec3 q = engine.model().mass[p] * engine.state().v[p];
-    const Vec3 l = engine.state().x[p].cross(q);
-    m.linear += q;
-    m.angular += l;
-    m.linear_scale += q.norm();
-    m.angular_scale += l.norm();
-  }
-  return m;
-}
 
 class momentum_of_a_tangle : public testing::TestWithParam<bool> {};
 

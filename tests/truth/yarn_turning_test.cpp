@@ -116,26 +116,18 @@ TEST(yarn_turning, keeps_momentum_and_energy) {
     const Vec3& x = scene.state.x[p];
     scene.state.v[p] = Vec3(1, 2, 3) + 2e4 * Vec3(0, x.y(), -x.z()) + 1e4 * Vec3::UnitX().cross(x);
   }
-  const auto momenta = [](const weave::Engine& engine) {
-    Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
-    for (std::size_t p = 0; p < engine.model().nodes(); ++p) {
-      linear += engine.model().mass[p] * engine.state().v[p];
-      angular += engine.model().mass[p] * engine.state().x[p].cross(engine.state().v[p]);
-    }
-    return std::pair(linear, angular);
-  };
   weave::Engine engine = scene.engine();
   const weave::Drive drive = at_rest(scene.model);
   weave::Ledger ledger;
-  const auto [linear, angular] = momenta(engine);
+  const Momentum before = momentum(engine);
   engine.step(drive, &ledger);
   const double start = ledger.balance(), scale = ledger.kinetic + ledger.contact;
   while (engine.state().time < 1e-5) ASSERT_EQ(engine.step(drive, &ledger).status, weave::StepStatus::ok);
   EXPECT_GT(ledger.flows.slip, 1e-3 * scale);
   EXPECT_NEAR(ledger.balance(), start, 1e-4 * scale);
-  const auto [linear_after, angular_after] = momenta(engine);
-  EXPECT_LT((linear_after - linear).norm(), 1e-12 * linear.norm());
-  EXPECT_LT((angular_after - angular).norm(), 1e-7 * angular.norm());  // exact for parallel fibers; these end bent
+  const Momentum after = momentum(engine);
+  EXPECT_LT((after.linear - before.linear).norm(), 1e-12 * before.linear.norm());
+  EXPECT_LT((after.angular - before.angular).norm(), 1e-7 * before.angular.norm());  // exact for parallel fibers; these end bent
 }
 
 /// By how much the outer two of three fibers piled up between plates of bars part as a reed presses on the pile along -x by `depth` [m].
