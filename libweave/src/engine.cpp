@@ -573,6 +573,10 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
 #pragma omp barrier
 #pragma omp master
     middle = std::chrono::steady_clock::now();
+    if (model_.friction > 0) {
+#pragma omp for schedule(static)
+      for (std::size_t y = 0; y < turning_.yarns(); ++y) turning_.sum_couples(y);
+    }
     each_of_mine([&](std::uint32_t f) { move_fiber(f, drive, with_energy); });
   }
   const auto end = std::chrono::steady_clock::now();

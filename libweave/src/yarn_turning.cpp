@@ -91,16 +91,23 @@ void YarnTurning::find(const Model& m, std::size_t number, std::span<const Vec3>
   }
 }
 
+void YarnTurning::sum_couples(std::size_t number) {
+  const Yarn& yarn = yarn_[number];
+  for (std::uint32_t i = 0; i < yarn.sections; ++i) {
+    double& couple = section_[yarn.first + i].couple;
+    couple = 0;
+    for (const std::uint32_t start : yarn.start) couple += couple_[start + i];
+  }
+}
+
 void YarnTurning::add_forces(std::uint32_t fiber, std::span<const Vec3> x, std::span<Vec3> force) const {
   if (yarn_of_[fiber] == none) return;
   const Yarn& yarn = yarn_[yarn_of_[fiber]];
   for (std::uint32_t i = 0; i < yarn.sections; ++i) {
-    double couple = 0;
-    for (const std::uint32_t start : yarn.start) couple += couple_[start + i];
-    if (couple == 0) continue;
     const Section& section = section_[yarn.first + i];
+    if (section.couple == 0) continue;
     const std::uint32_t p = start_of_[fiber] + i;
-    force[p] += (couple * section.inverse_inertia) * section.axis.cross(x[p] - section.centroid);
+    force[p] += (section.couple * section.inverse_inertia) * section.axis.cross(x[p] - section.centroid);
   }
 }
 

@@ -61,6 +61,7 @@ TEST(yarn_turning, couples_have_a_moment_and_no_resultant) {
   turning.align(scene.model, scene.state.x, std::numeric_limits<double>::infinity());
   turning.find(scene.model, 0, scene.state.x, scene.state.v);
   for (double& c : turning.couple()) c = 1;
+  turning.sum_couples(0);
   std::vector<Vec3> force(scene.model.nodes(), Vec3::Zero());
   for (std::uint32_t f = 0; f < 7; ++f) turning.add_forces(f, scene.state.x, force);
   Vec3 sum = Vec3::Zero(), moment = Vec3::Zero();

@@ -25,8 +25,11 @@ class YarnTurning {
   /// Work that friction does per angle as a node's section turns (nodes) [N m]: the contacts of fiber f add to its nodes' own.
   [[nodiscard]] std::span<double> couple() { return couple_; }
 
-  /// Forces on a fiber's nodes by the couples of their sections, all fibers' (the adjoint of `rate`): without a resultant, they take the
-  /// moment that the friction forces of two fibers have as they act at a distance. Adds to `force` (nodes) [N].
+  /// Sums the couples of all fibers in each of a yarn's sections, once they are known. As with `find`, any yarn on any thread.
+  void sum_couples(std::size_t yarn);
+
+  /// Forces on a fiber's nodes by the summed couples of their sections (the adjoint of `rate`): without a resultant, they take the moment
+  /// that the friction forces of two fibers have as they act at a distance. Adds to `force` (nodes) [N].
   void add_forces(std::uint32_t fiber, std::span<const Vec3> x, std::span<Vec3> force) const;
 
  private:
@@ -37,6 +40,7 @@ class YarnTurning {
   struct Section {
     Vec3 centroid, axis;
     double inverse_inertia = 0;  ///< of sum |c x t|^2 [1/m^2]
+    double couple = 0;           ///< of all its nodes [N m]
   };
   std::vector<Yarn> yarn_;
   std::vector<std::uint32_t> yarn_of_;   ///< by fiber; or none
