@@ -5,8 +5,8 @@
 #include <stdexcept>
 
 #include "relax/energy.hpp"
-#include "weave/assignment.hpp"
 #include "weave/loom.hpp"
+#include "yarn_fibers.hpp"
 
 namespace relax {
 namespace {
@@ -20,20 +20,15 @@ Range nodes_of(const weave::Snapshot& s, std::size_t f) {
   return {static_cast<std::size_t>(s.offset[f]), static_cast<std::size_t>(s.offset[f + 1])};
 }
 
-/// Fibers in which the fibers of one yarn go on, and the distances that are left.
+/// Fibers in which the fibers begin ... end - 1, those of one yarn, go on.
 void pair_across_faces(const weave::Snapshot& s, std::size_t begin, std::size_t end, const Vec3& period, std::vector<std::uint32_t>& next) {
-  const auto n = static_cast<Eigen::Index>(end - begin);
-  Eigen::MatrixXd cost(n, n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    for (Eigen::Index j = 0; j < n; ++j) {
-      const Vec3 gap = s.x[nodes_of(s, begin + static_cast<std::size_t>(i)).last()] -
-                       s.x[nodes_of(s, begin + static_cast<std::size_t>(j)).begin] - period;
-      cost(i, j) = gap.squaredNorm();
-    }
+  std::vector<Vec3> starts, ends;
+  for (std::size_t f = begin; f < end; ++f) {
+    starts.push_back(s.x[nodes_of(s, f).begin]);
+    ends.push_back(s.x[nodes_of(s, f).last()]);
   }
-  const std::vector<Eigen::Index> partner = weave::cheapest_assignment(cost);
-  for (std::size_t i = 0; i < partner.size(); ++i)
-    next[begin + i] = static_cast<std::uint32_t>(begin + static_cast<std::size_t>(partner[i]));
+  const std::vector<std::size_t> partner = fibers_that_go_on(starts, ends, period);
+  for (std::size_t i = 0; i < partner.size(); ++i) next[begin + i] = static_cast<std::uint32_t>(begin + partner[i]);
 }
 
 /// From where a warp fiber should end to where it does: where it goes on, a period later.
@@ -106,8 +101,8 @@ WovenStart cell_from_woven(const weave::Case& c, const weave::Snapshot& woven, c
   for (std::size_t f = 0; f < woven.fibers(); ++f) {
     const bool weft = woven.weft[f] != 0;
     const int yarn = woven.yarn[f];
-    const int type =
-        weft ? layout.weft_type[static_cast<std::size_t>(c.layer_of_pick(yarn - warps))] : layout.warps[static_cast<std::size_t>(yarn)].type;
+    const int type = weft ? layout.weft_type[static_cast<std::size_t>(c.layer_of_pick(yarn - warps))]
+                          : layout.warps[static_cast<std::size_t>(yarn)].type;
     const Range range = nodes_of(woven, f);
     const Vec3 mismatch = weft ? mismatch_of(woven, f, next, along_y) : Vec3(mismatch_of(woven, f, next, along_x) - lean);
     const double diameter = 2 * cell.types[static_cast<std::size_t>(type)].radius;

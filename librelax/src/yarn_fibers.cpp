@@ -44,21 +44,15 @@ void measure(YarnFibers& yarn) {
   }
 }
 
-/// Lets each fiber go on in the one that starts nearest to where it ends, the sum of squared distances being least.
 void pair_ends(YarnFibers& yarn) {
-  const auto n = static_cast<Eigen::Index>(yarn.size());
-  Eigen::MatrixXd cost(n, n);
-  for (Eigen::Index i = 0; i < n; ++i)
-    for (Eigen::Index j = 0; j < n; ++j)
-      cost(i, j) =
-          (yarn.points[static_cast<std::size_t>(i)].back() - yarn.points[static_cast<std::size_t>(j)].front() - yarn.period).squaredNorm();
-  yarn.next.resize(yarn.size());
-  yarn.previous.resize(yarn.size());
-  const std::vector<Eigen::Index> partner = weave::cheapest_assignment(cost);
-  for (std::size_t f = 0; f < partner.size(); ++f) {
-    yarn.next[f] = static_cast<std::size_t>(partner[f]);
-    yarn.previous[yarn.next[f]] = f;
+  std::vector<Vec3> starts, ends;
+  for (const std::vector<Vec3>& x : yarn.points) {
+    starts.push_back(x.front());
+    ends.push_back(x.back());
   }
+  yarn.next = fibers_that_go_on(starts, ends, yarn.period);
+  yarn.previous.resize(yarn.size());
+  for (std::size_t f = 0; f < yarn.size(); ++f) yarn.previous[yarn.next[f]] = f;
 }
 
 Vec3 mismatch_of(const YarnFibers& yarn, std::size_t f) {
@@ -141,6 +135,16 @@ void cut_at_faces(YarnFibers& yarn) {
 }
 
 }  // namespace
+
+std::vector<std::size_t> fibers_that_go_on(const std::vector<Vec3>& starts, const std::vector<Vec3>& ends, const Vec3& period) {
+  const auto n = static_cast<Eigen::Index>(starts.size());
+  Eigen::MatrixXd cost(n, n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j)
+      cost(i, j) = (ends[static_cast<std::size_t>(i)] - starts[static_cast<std::size_t>(j)] - period).squaredNorm();
+  const std::vector<Eigen::Index> partner = weave::cheapest_assignment(cost);
+  return {partner.begin(), partner.end()};
+}
 
 Vec3 YarnFibers::at(std::size_t fiber, double share_wanted) const {
   const Place p = place_of(*this, fiber, share_wanted);

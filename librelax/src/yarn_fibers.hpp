@@ -38,6 +38,10 @@ struct YarnFibers {
   [[nodiscard]] Crossing crossing(std::size_t fiber, double near_share, const Vec3& origin, const Vec3& normal) const;
 };
 
+/// Fiber in which each fiber of a yarn goes on a period later: the one that starts nearest to where it ends, the sum of squared distances
+/// being least. starts, ends: the fibers' first and last points (fibers) [m].
+std::vector<std::size_t> fibers_that_go_on(const std::vector<Vec3>& starts, const std::vector<Vec3>& ends, const Vec3& period);
+
 struct PeriodicYarns {
   std::vector<YarnFibers> yarns;  ///< warps by rising number, then wefts
   double lean = 0;                ///< of the cell, in fiber diameters
