@@ -43,15 +43,7 @@ std::string summary_json(const Cell& cell, const MinimizeResult& r, const weave:
   j["energy_error_J"] = std::isfinite(c.energy_error) ? ordered_json(c.energy_error) : ordered_json();
   j["energy_J"] = {{"bars", r.energy.bars},       {"bending", r.energy.bending}, {"contact", r.energy.contact},
                    {"tension", r.energy.tension}, {"platens", r.energy.platens}, {"sum", r.energy.sum()}};
-  j["thickness_m"] = m.thickness;
-  j["thickness_mean_m"] = m.thickness_mean;
-  j["fiber_volume_fraction"] = m.fiber_volume_fraction;
-  j["fiber_volume_fraction_mean"] = m.fiber_volume_fraction_mean;
-  j["crimp_warp"] = m.crimp_warp;
-  j["crimp_weft"] = m.crimp_weft;
-  j["stress_max_Pa"] = m.stress_max;
-  j["stress_mean_warp_Pa"] = m.stress_mean_warp;
-  j["stress_mean_weft_Pa"] = m.stress_mean_weft;
+  for (const auto& [name, value] : weave::named(m)) j[name] = value;
   j["cell_length_m"] = cell.length_x;
   j["cell_width_m"] = cell.length_y;
   j["pressure_Pa"] = cell.pressure;

@@ -121,6 +121,19 @@ CellMeasures measure_cell(const Snapshot& nodes) {
   return m;
 }
 
+std::vector<std::pair<std::string, double>> named(const CellMeasures& m) {
+  return {{"thickness_m", m.thickness},
+          {"thickness_mean_m", m.thickness_mean},
+          {"fiber_volume_m3", m.fiber_volume},
+          {"fiber_volume_fraction", m.fiber_volume_fraction},
+          {"fiber_volume_fraction_mean", m.fiber_volume_fraction_mean},
+          {"crimp_warp", m.crimp_warp},
+          {"crimp_weft", m.crimp_weft},
+          {"stress_max_Pa", m.stress_max},
+          {"stress_mean_warp_Pa", m.stress_mean_warp},
+          {"stress_mean_weft_Pa", m.stress_mean_weft}};
+}
+
 Steadiness steadiness(const Snapshot& a, const Snapshot& b) {
   if (a.yarn != b.yarn || a.fiber != b.fiber) throw std::invalid_argument("steadiness: the two cells do not hold the same fibers");
   Steadiness result;

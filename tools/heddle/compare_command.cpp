@@ -137,12 +137,7 @@ ordered_json json_of(const ComparedState& s) {
   j["kind"] = s.relaxed ? "relaxed" : "woven";
   j["fibers_per_yarn"] = s.fibers_per_yarn();
   j["nodes"] = s.cell.nodes();
-  j["thickness_m"] = s.measures.thickness;
-  j["thickness_mean_m"] = s.measures.thickness_mean;
-  j["fiber_volume_fraction"] = s.measures.fiber_volume_fraction;
-  j["fiber_volume_fraction_mean"] = s.measures.fiber_volume_fraction_mean;
-  j["crimp_warp"] = s.measures.crimp_warp;
-  j["crimp_weft"] = s.measures.crimp_weft;
+  for (const auto& [name, value] : weave::named(s.measures)) j[name] = value;
   if (!s.relaxed) return j;
   j["energy_J"] = {{"bars", s.energy.bars},       {"bending", s.energy.bending}, {"contact", s.energy.contact},
                    {"tension", s.energy.tension}, {"platens", s.energy.platens}, {"sum", s.energy.sum()}};

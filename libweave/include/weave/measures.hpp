@@ -1,4 +1,6 @@
 #pragma once
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "weave/snapshot.hpp"
@@ -17,6 +19,9 @@ struct CellMeasures {
   double stress_mean_warp = 0, stress_mean_weft = 0;  ///< [Pa]
 };
 CellMeasures measure_cell(const Snapshot& cell);
+
+/// The measures by the names that they have in every summary, each with its unit.
+std::vector<std::pair<std::string, double>> named(const CellMeasures& measures);
 
 /// Difference of two successive unit cells in fiber diameters: distance between their fibers at the same share of the length from the
 /// cell's face, mean and largest, after the translation that carries one cell to the other: from face to face along x, and `shift` beside
