@@ -65,6 +65,7 @@ void read_summary(const std::filesystem::path& file, ComparedState& state) {
     c.blocked_by = j.at("blocked_by");
     c.gradient_max = j.at("gradient_max");
     c.positive_definite = j.at("positive_definite");
+    c.neutral = j.value("neutral", false);  // summaries of the first versions did not tell
     c.newton_step_max = j.at("newton_step_max");
     c.contacts_steady = j.at("contacts_steady");
     c.pin_force_max = j.at("pin_force_max");
@@ -254,7 +255,10 @@ Aligned align(const ComparedState& onto, const ComparedState& state) {
 }
 
 Difference difference(const ComparedState& a, const ComparedState& b) {
-  const Aligned aligned = align(a, b);
+  return difference(a, b, align(a, b));
+}
+
+Difference difference(const ComparedState& a, const ComparedState& b, const Aligned& aligned) {
   const weave::Snapshot target = in_order(a.snapshot);
   const std::vector<weave::YarnPath> paths = weave::yarn_paths(target, stations);
   const double diameter = std::max(a.diameter(), b.diameter());

@@ -187,6 +187,11 @@ TEST_F(CompareCommand, writes_figures_and_pictures) {
   ASSERT_EQ(j.at("states").size(), 4U);
   EXPECT_EQ(j["states"][3]["kind"], "woven");
   EXPECT_TRUE(j["states"][0]["certificate"]["converged"]);
+  std::ifstream of_a(a / "summary.json");
+  const auto summary = nlohmann::json::parse(of_a);
+  for (const auto& [name, value] : j["states"][0]["certificate"].items()) EXPECT_EQ(value, summary.at(name)) << name;
+  for (const auto& [name, value] : weave::named({})) EXPECT_EQ(j["states"][0].at(name), summary.at(name)) << name;
+  EXPECT_TRUE(j["states"][0]["certificate"].contains("neutral"));
   EXPECT_GT(j["states"][0]["energy_J"]["contact"], 0);
   ASSERT_EQ(j.at("pairs").size(), 6U);
   EXPECT_EQ(j["pairs"][0]["different_minima"], false);

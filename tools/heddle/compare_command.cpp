@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <utility>
 
 #include "heddle/section_views.hpp"
 #include "relax/compare.hpp"
@@ -28,10 +29,17 @@ struct Pair {
   relax::Difference difference;
 };
 
-std::vector<Pair> pairs_of(const std::vector<ComparedState>& states) {
+/// All pairs of states. Adds to `layers` each state as it lies over the first one.
+std::vector<Pair> pairs_of(const std::vector<ComparedState>& states, std::vector<SectionLayer>& layers) {
   std::vector<Pair> pairs;
-  for (std::size_t a = 0; a < states.size(); ++a)
-    for (std::size_t b = a + 1; b < states.size(); ++b) pairs.push_back({a, b, relax::difference(states[a], states[b])});
+  layers.push_back({states.front().snapshot, states.front().name});
+  for (std::size_t a = 0; a < states.size(); ++a) {
+    for (std::size_t b = a + 1; b < states.size(); ++b) {
+      relax::Aligned aligned = relax::align(states[a], states[b]);
+      pairs.push_back({a, b, relax::difference(states[a], states[b], aligned)});
+      if (a == 0) layers.push_back({std::move(aligned.snapshot), states[b].name});
+    }
+  }
   return pairs;
 }
 
@@ -147,6 +155,7 @@ ordered_json json_of(const ComparedState& s) {
                       {"blocked_by", c.blocked_by},
                       {"gradient_max", c.gradient_max},
                       {"positive_definite", c.positive_definite},
+                      {"neutral", c.neutral},
                       {"newton_step_max", c.newton_step_max},
                       {"contacts_steady", c.contacts_steady},
                       {"pin_force_max", c.pin_force_max}};
@@ -180,7 +189,8 @@ ordered_json json_of(const ComparedState& a, const ComparedState& b, const relax
 
 int compare_command(const CompareOptions& options) {
   const std::vector<ComparedState> states = read_states(options);
-  const std::vector<Pair> pairs = pairs_of(states);
+  std::vector<SectionLayer> layers;
+  const std::vector<Pair> pairs = pairs_of(states, layers);
   const std::string closest = closest_to_woven(states, pairs);
   const std::filesystem::path output = options.output.empty() ? std::filesystem::path("results") / "comparison" : options.output;
   std::filesystem::create_directories(output);
@@ -196,8 +206,6 @@ int compare_command(const CompareOptions& options) {
   if (!closest.empty()) j["closest_to_woven"] = closest;
   weave::write_text_file(output / "summary.json", j.dump(2) + "\n");
 
-  std::vector<SectionLayer> layers;
-  for (const ComparedState& s : states) layers.push_back({relax::align(states.front(), s).snapshot, s.name});
   const std::vector<std::filesystem::path> pictures = draw_section_overlays(layers, states.front().case_toml, output);
 
   print_states(states);

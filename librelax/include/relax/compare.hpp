@@ -66,6 +66,8 @@ struct Difference {
   std::optional<MeanAndLargest> fibers;  ///< distance of the fibers at equal shares of their length; where both have the same fibers
 };
 Difference difference(const ComparedState& a, const ComparedState& b);
+/// The same with `aligned` = align(a, b), where it is needed for other things too.
+Difference difference(const ComparedState& a, const ComparedState& b, const Aligned& aligned);
 
 enum class Verdict {
   same,             ///< nowhere farther apart than 0.01 diameters, or energies that differ by no more than their errors
