@@ -292,10 +292,9 @@ double Engine::guide_energy(std::uint32_t f, double z) const {
 
 /// Holds the nodes behind the heddle plane on their heddle's line by critically damped springs, taken at the step's end: they follow it
 /// and do not swing, and their stiffness does not bound the time step. Adds to the nodes' change of velocity; to be called after pull_bars.
-/// Returns what the guides take from the heddles and the nodes [J].
-double Engine::hold_in_guides(std::uint32_t f, const Drive& drive) {
+Engine::GuideWork Engine::hold_in_guides(std::uint32_t f, const Drive& drive) {
   const double speed = drive.guide_speed[f], dt = state_.dt, kick = kick_time();
-  double taken = 0;
+  GuideWork work;
   for (std::uint32_t p = model_.last(f); p > model_.first[f] && state_.x[p].x() > model_.guide_x; --p) {
     const GuideHold hold = guide_hold(state_.x[p].x());
     const double k = hold.share * model_.guide_stiffness[f], m = model_.mass[p];
@@ -303,14 +302,15 @@ double Engine::hold_in_guides(std::uint32_t f, const Drive& drive) {
     Vec3& w = velocity_change_[p];
     const Eigen::Vector2d before(state_.v[p].y() + w.y(), state_.v[p].z() + w.z() - speed);
     const Eigen::Vector2d change = (m * before - kick * k * off) / (m + 2 * kick * std::sqrt(k * m) + kick * dt * k) - before;
+    work.stored += 0.5 * k * off.squaredNorm();
     const double along = -0.5 * hold.slope * model_.guide_stiffness[f] * off.squaredNorm() * kick;  // as a node that slips out is held less
     w += Vec3(along / m, change.x(), change.y());
     const Vec3 impulse(along, m * change.x(), m * change.y());
     const double from_heddle = impulse.z() * speed;
     per_fiber_[f].flows.heddle += from_heddle;
-    taken += from_heddle - impulse.dot(state_.v[p] + 0.5 * w);
+    work.taken += from_heddle - impulse.dot(state_.v[p] + 0.5 * w);
   }
-  return taken;
+  return work;
 }
 
 /// Longest way of a fiber's nodes in a step of dt, block by block: that of the fastest node in the block itself and in those beside it.
@@ -399,10 +399,10 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
   const bool guided = model_.guide_stiffness[f] > 0;
   double guide_loss = 0;
   if (guided) {
-    const double stored = guide_energy(f, drive.guide_z[f]);
-    guide_loss = hold_in_guides(f, drive) + stored;
+    const GuideWork work = hold_in_guides(f, drive);
+    guide_loss = work.taken + work.stored;
     if (with_energy) {
-      sums.stored.heddle = 0.5 * stored;
+      sums.stored.heddle = 0.5 * work.stored;
       sums.stored.flows.heddle = 0.5 * sums.flows.heddle;
     }
   }

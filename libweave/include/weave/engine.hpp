@@ -127,8 +127,12 @@ class Engine {
     double share, slope;
   };
   [[nodiscard]] GuideHold guide_hold(double x) const;
+  struct GuideWork {
+    double stored = 0;  ///< in the guides at the step's start [J]
+    double taken = 0;   ///< from the heddles and the nodes [J]
+  };
   [[nodiscard]] double guide_energy(std::uint32_t fiber, double z) const;
-  double hold_in_guides(std::uint32_t fiber, const Drive& drive);
+  GuideWork hold_in_guides(std::uint32_t fiber, const Drive& drive);
   [[nodiscard]] double axial_damping(const FiberType& type) const;
   void pick();
   void pick_reed();
