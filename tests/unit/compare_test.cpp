@@ -9,6 +9,7 @@
 #include "relax/relaxed_file.hpp"
 #include "relax/report.hpp"
 #include "scenes/cells.hpp"
+#include "unit/own_folder.hpp"
 #include "weave/results.hpp"
 
 namespace {
@@ -143,15 +144,8 @@ TEST(compare, minima_differ_by_place_and_energy) {
   EXPECT_EQ(relax::verdict(a, pressed, {}), relax::Verdict::other_potential);
 }
 
-class CompareCommand : public ::testing::Test {
+class CompareCommand : public OwnFolder {
  protected:
-  void SetUp() override {
-    folder = std::filesystem::path(::testing::TempDir()) /
-             (std::string("heddle_compare_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(folder);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder); }
-
   /// A results folder of a relaxed single-fiber weave.
   std::filesystem::path relaxed(const std::string& name, const PlainWeave& weave, double tension = 0.2) const {
     std::filesystem::create_directories(folder / name);
@@ -175,7 +169,6 @@ class CompareCommand : public ::testing::Test {
     return folder / "loom";
   }
 
-  std::filesystem::path folder;
   PlainWeave single{.fibers = 1, .pitch = 4e-4};
 };
 

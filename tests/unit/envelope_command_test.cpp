@@ -8,6 +8,7 @@
 #include "relax/relaxed_file.hpp"
 #include "relax/report.hpp"
 #include "scenes/cells.hpp"
+#include "unit/own_folder.hpp"
 #include "weave/results.hpp"
 
 namespace {
@@ -17,16 +18,8 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-class EnvelopeCommand : public testing::Test {
+class EnvelopeCommand : public OwnFolder {
  protected:
-  void SetUp() override {
-    folder = std::filesystem::path(testing::TempDir()) /
-             (std::string("heddle_envelope_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(folder);
-    std::filesystem::create_directories(folder);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder); }
-
   /// The cell as it starts, as if relaxation had left it there with this certificate.
   void write_relaxed(const std::optional<std::string>& blocked_by) const {
     relax::write_relaxed(folder / "relax.vtkhdf",
@@ -52,7 +45,6 @@ class EnvelopeCommand : public testing::Test {
     EXPECT_FALSE(std::filesystem::exists(folder / "envelope"));
   }
 
-  std::filesystem::path folder;
   PlainWeave weave{.fibers = 1, .pitch = 4e-4};  // fibers that do not touch at the start
   PosedCell start = plain_weave_cell(weave, 0.2, 1);
 };

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "hdf5_file.hpp"
+#include "unit/own_folder.hpp"
 #include "unit/synthetic_cloth.hpp"
 #include "weave/checkpoint.hpp"
 
@@ -20,18 +21,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-class ResultsTest : public ::testing::Test {
- protected:
-  void SetUp() override {
-    folder = std::filesystem::path(::testing::TempDir()) /
-             (std::string("heddle_results_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(folder);
-    std::filesystem::create_directories(folder);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder); }
-
-  std::filesystem::path folder;
-};
+class ResultsTest : public OwnFolder {};
 
 void expect_equal(const Snapshot& a, const Snapshot& b) {
   EXPECT_EQ(a.time, b.time);

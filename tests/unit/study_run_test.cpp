@@ -18,6 +18,7 @@
 #include "heddle/study_record.hpp"
 #include "heddle/study_report.hpp"
 #include "heddle/study_slurm.hpp"
+#include "unit/own_folder.hpp"
 #include "unit/synthetic_cloth.hpp"
 #include "weave/results.hpp"
 
@@ -54,12 +55,10 @@ echo "{\"reed_load_max_N\": $((10 * tension + 0$finer)), \"per_cell\": [1, $OMP_
 echo '{"finished": true}' > "$out/weave/stage.json"
 )";
 
-class StudyRunTest : public testing::Test {
+class StudyRunTest : public OwnFolder {
  protected:
   void SetUp() override {
-    folder = path(testing::TempDir()) / (std::string("heddle_study_run_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(folder);
-    std::filesystem::create_directories(folder);
+    OwnFolder::SetUp();
     write_program("program", fake_program);
     options.study_file = folder / "study.toml";
     options.output = folder / "out";
@@ -68,7 +67,6 @@ class StudyRunTest : public testing::Test {
     options.threads = 1;
     options.jobs = 2;
   }
-  void TearDown() override { std::filesystem::remove_all(folder); }
 
   void write_program(const std::string& name, const std::string& text) const {
     std::ofstream(folder / name) << text;
@@ -93,7 +91,6 @@ class StudyRunTest : public testing::Test {
 
   json results() const { return json::parse(read("out/study.json")); }
 
-  path folder;
   StudyOptions options;
 };
 

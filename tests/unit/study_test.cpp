@@ -9,6 +9,7 @@
 #include <set>
 
 #include "heddle/study_command.hpp"
+#include "unit/own_folder.hpp"
 
 namespace heddle {
 namespace {
@@ -20,15 +21,8 @@ using testing::HasSubstr;
 
 const path kevlar = path(HEDDLE_CASES_DIR) / "kevlar_km2_706";
 
-class StudyTest : public testing::Test {
+class StudyTest : public OwnFolder {
  protected:
-  void SetUp() override {
-    folder = path(testing::TempDir()) / (std::string("heddle_study_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(folder);
-    std::filesystem::create_directories(folder);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder); }
-
   /// A study of the Kevlar weave; the text starts at line 5.
   path write(const std::string& text, const std::string& collect = "\"weave.reed_load_max_N\"") const {
     std::ofstream(folder / "study.toml") << "name = \"s\"\nquestion = \"Why?\"\ncase = \"" << kevlar.string() << "\"\ncollect = ["
@@ -45,8 +39,6 @@ class StudyTest : public testing::Test {
     }
     return "no error";
   }
-
-  path folder;
 };
 
 std::vector<std::string> names(const Study& study) {

@@ -9,6 +9,7 @@
 
 #include "heddle/draft.hpp"
 #include "heddle/plot.hpp"
+#include "unit/own_folder.hpp"
 #include "unit/synthetic_cloth.hpp"
 #include "weave/results.hpp"
 
@@ -25,16 +26,8 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-class ViewTest : public ::testing::Test {
+class ViewTest : public OwnFolder {
  protected:
-  void SetUp() override {
-    folder = std::filesystem::path(::testing::TempDir()) /
-             (std::string("heddle_view_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(folder);
-    std::filesystem::create_directories(folder);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder); }
-
   /// A results folder with a woven cloth, its history and a unit cell.
   std::filesystem::path write_folder() const {
     weave::ResultsFile results;
@@ -46,8 +39,6 @@ class ViewTest : public ::testing::Test {
     weave::write_results(folder / "cell.vtkhdf", cell);
     return folder;
   }
-
-  std::filesystem::path folder;
 };
 
 std::vector<std::string> names(const std::vector<std::filesystem::path>& files) {
