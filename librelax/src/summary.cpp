@@ -7,6 +7,11 @@
 
 namespace relax {
 
+std::vector<std::pair<std::string, double>> named(const EnergyParts& e) {
+  return {{"bars", e.bars},       {"bending", e.bending}, {"contact", e.contact},
+          {"tension", e.tension}, {"platens", e.platens}, {"sum", e.sum()}};
+}
+
 std::string summary_json(const Cell& cell, const MinimizeResult& r, const weave::CellMeasures& m, const ReportContext& context) {
   using nlohmann::ordered_json;
   const Unknowns unknowns(cell);
@@ -41,8 +46,7 @@ std::string summary_json(const Cell& cell, const MinimizeResult& r, const weave:
   j["contacts_steady"] = c.contacts_steady;
   j["pin_force_max"] = c.pin_force_max;
   j["energy_error_J"] = std::isfinite(c.energy_error) ? ordered_json(c.energy_error) : ordered_json();
-  j["energy_J"] = {{"bars", r.energy.bars},       {"bending", r.energy.bending}, {"contact", r.energy.contact},
-                   {"tension", r.energy.tension}, {"platens", r.energy.platens}, {"sum", r.energy.sum()}};
+  for (const auto& [name, value] : named(r.energy)) j["energy_J"][name] = value;
   for (const auto& [name, value] : weave::named(m)) j[name] = value;
   j["cell_length_m"] = cell.length_x;
   j["cell_width_m"] = cell.length_y;

@@ -185,6 +185,7 @@ TEST_F(CompareCommand, writes_figures_and_pictures) {
   for (const auto& [name, value] : j["states"][0]["certificate"].items()) EXPECT_EQ(value, summary.at(name)) << name;
   for (const auto& [name, value] : weave::named({})) EXPECT_EQ(j["states"][0].at(name), summary.at(name)) << name;
   EXPECT_TRUE(j["states"][0]["certificate"].contains("neutral"));
+  EXPECT_EQ(j["states"][0]["energy_J"], summary.at("energy_J"));
   EXPECT_GT(j["states"][0]["energy_J"]["contact"], 0);
   ASSERT_EQ(j.at("pairs").size(), 6U);
   EXPECT_EQ(j["pairs"][0]["different_minima"], false);

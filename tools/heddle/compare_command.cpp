@@ -12,6 +12,7 @@
 
 #include "heddle/section_views.hpp"
 #include "relax/compare.hpp"
+#include "relax/report.hpp"
 #include "relax/version.hpp"
 #include "weave/results.hpp"
 
@@ -147,8 +148,7 @@ ordered_json json_of(const ComparedState& s) {
   j["nodes"] = s.cell.nodes();
   for (const auto& [name, value] : weave::named(s.measures)) j[name] = value;
   if (!s.relaxed) return j;
-  j["energy_J"] = {{"bars", s.energy.bars},       {"bending", s.energy.bending}, {"contact", s.energy.contact},
-                   {"tension", s.energy.tension}, {"platens", s.energy.platens}, {"sum", s.energy.sum()}};
+  for (const auto& [name, value] : relax::named(s.energy)) j["energy_J"][name] = value;
   j["energy_error_J"] = finite(s.energy_error());
   const relax::Certificate& c = s.certificate;
   j["certificate"] = {{"converged", c.converged},

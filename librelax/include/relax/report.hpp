@@ -1,5 +1,6 @@
 #pragma once
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "relax/minimize.hpp"
@@ -28,6 +29,9 @@ struct ReportContext {
   int violations = 0;
   double wall = 0;  ///< [s]
 };
+
+/// The parts of an energy and their sum by the names that they have in every summary [J].
+std::vector<std::pair<std::string, double>> named(const EnergyParts& energy);
 
 /// The summary as JSON text, keys with units.
 std::string summary_json(const Cell& cell, const MinimizeResult& result, const weave::CellMeasures& measures, const ReportContext& context);
