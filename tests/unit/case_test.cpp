@@ -410,7 +410,7 @@ TEST_P(ShippedCase, LoadsAndRoundTrips) {
 
 INSTANTIATE_TEST_SUITE_P(Cases, ShippedCase,
                          testing::Values("example_1", "example_1b", "example_2", "kevlar_km2_706", "eglass_7628", "twill_2_2", "satin_8",
-                                         "three_warp"),
+                                         "three_warp", "chalmers_3d_orthogonal"),
                          [](const auto& parameter) { return parameter.param; });
 
 TEST(ShippedCases, ExampleOne) {
