@@ -161,9 +161,11 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"weave", "relax", "envelope", "homogenize"}));
   run_app->add_option("--fibers", pipeline.fibers, "digital fibers a yarn of the relaxed cell (default as woven)")
       ->check(CLI::Range(1, 1000));
-  run_app->add_option("--elements", pipeline.elements, "of the homogenized mesh, about")
-      ->capture_default_str()
-      ->check(CLI::Range(8, 10000000));
+  auto* pipeline_elements = run_app->add_option("--elements", pipeline.elements, "of the homogenized mesh, about")
+                                ->capture_default_str()
+                                ->check(CLI::Range(8, 10000000));
+  run_app->add_flag("--tetrahedra", pipeline.tetrahedra, "a mesh that conforms to the yarns' surfaces, in place of voxels")
+      ->excludes(pipeline_elements);
   run_app->add_option("--fiber", pipeline.fiber, "e_glass, s2_glass, aramid or carbon (default: the case's material, else e_glass)");
   run_app->add_flag("--unconverged", pipeline.unconverged, "go on with a relaxed cell that is no certified minimum");
   run_app->add_flag("-q,--quiet", pipeline.quiet, "no progress");

@@ -3,8 +3,8 @@
 
 namespace heddle {
 
-/// Meshes a composite unit cell with voxels and writes mesh.vtu, mesh.msh, abaqus.inp, calculix.inp and summary.json into the output folder
-/// (default INPUT/mesh). Returns the exit status.
+/// Meshes a composite unit cell with voxels or tetrahedra and writes mesh.vtu, mesh.msh, abaqus.inp, calculix.inp and summary.json into the
+/// output folder (default INPUT/mesh). Returns the exit status.
 int mesh_command(const CompositeOptions& options);
 
 }  // namespace heddle

@@ -151,6 +151,7 @@ int run_command(const PipelineOptions& options) {
   HomogenizeCommandOptions homogenize_options;
   homogenize_options.fiber = options.fiber;
   homogenize_options.elements = options.elements;
+  homogenize_options.tetrahedra = options.tetrahedra;
   if (options.until == stage_names.back()) constituents_of(homogenize_options, c);  // what it can not take is said before the weaving
   const path output = options.output.empty() ? path("results") / c.name : options.output;
   Pipeline pipeline(output);
@@ -200,6 +201,7 @@ int run_command(const PipelineOptions& options) {
   };
   const auto homogenize_stage = [&] {
     ordered_json inputs = {{"elements", options.elements}};
+    if (options.tetrahedra) inputs["tetrahedra"] = true;
     if (!options.fiber.empty()) inputs["fiber"] = options.fiber;
     return pipeline.run("homogenize", inputs, [&](bool) {
       HomogenizeCommandOptions o = homogenize_options;

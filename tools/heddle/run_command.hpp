@@ -12,6 +12,7 @@ struct PipelineOptions {
   std::string until = "homogenize";    ///< last stage: "weave", "relax", "envelope" or "homogenize"
   int fibers = 0;                      ///< per yarn, of the relaxed cell; 0: as woven
   int elements = 12000;                ///< of the homogenized mesh, about
+  bool tetrahedra = false;             ///< in place of voxels, as fine as the yarns' surfaces
   std::string fiber;                   ///< material of the fibers, one of weave::known_fibers(); empty: as the case says, else "e_glass"
   bool unconverged = false;            ///< go on with a relaxed cell that is no certified minimum
   bool quiet = false;
