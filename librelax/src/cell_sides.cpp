@@ -91,14 +91,15 @@ class Side {
         corners.push_back(corner);
         handles[corner] = handle;
       }
-    if (triangulation.number_of_vertices() != corners.size()) throw std::runtime_error("two yarns touch on a side of the cell");
+    if (triangulation.number_of_vertices() != corners.size())
+      throw std::runtime_error("two yarns touch on a side of the cell; make the envelopes with a larger --gap");
     for (const auto& [from, to] : edges()) {
       try {
         triangulation.insert_constraint(handles.at(from), handles.at(to));
       } catch (const Triangulation::Intersection_of_constraints_exception&) {
         const Vec3 x = 1e3 * s_.position(from);
         throw std::runtime_error("surfaces cross on a side of the cell near (" + std::to_string(x.x()) + ", " + std::to_string(x.y()) +
-                                 ", " + std::to_string(x.z()) + ") mm");
+                                 ", " + std::to_string(x.z()) + ") mm; make the envelopes with a larger --gap or a smaller --edge-length");
       }
     }
     std::vector<std::array<BoxCorner, 3>> result;

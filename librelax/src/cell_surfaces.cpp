@@ -11,7 +11,7 @@
 namespace relax {
 namespace {
 
-constexpr double snap_share = 0.05;  // of the shortest edge at a point
+constexpr double snap_share = 0.02;  // of the shortest edge at a point; two yarns a gap apart must not both reach a side
 
 /// A point, some whole periods along x and y away.
 struct Place {

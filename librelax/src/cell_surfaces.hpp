@@ -32,7 +32,7 @@ struct CellSurfaces {
   [[nodiscard]] Vec3 position(const BoxCorner& corner) const;  ///< to the last bit the side's on a side
 };
 
-/// Cuts the surfaces. Points nearer to a side than a twentieth of their shortest edge move onto it. Throws std::runtime_error naming the
+/// Cuts the surfaces. Points nearer to a side than a fiftieth of their shortest edge move onto it. Throws std::runtime_error naming the
 /// yarn whose surface is not the same on both ends of its period.
 CellSurfaces surfaces_in_box(const CompositeCell& cell);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "relax/surface_file.hpp"
 
@@ -67,16 +68,16 @@ YarnDistance::YarnDistance(const YarnEnvelope& yarn, const CompositeCell& cell)
       side_(side_triangles(yarn.surface, bounds_, along_, period_)) {}
 
 double YarnDistance::from(const Vec3& point) const {
-  // Images of the point in the span of the surface along the yarn, and at the images across that it may reach.
-  const int lateral = 1 - along_;
+  // The image of the point nearest to the middle of the surface, and those around it.
   Vec3 p = point;
-  p[along_] -= std::floor((p[along_] - bounds_.low[along_]) / period_) * period_;
-  p[lateral] -= std::ceil((p[lateral] - bounds_.high[lateral]) / lateral_period_) * lateral_period_;
+  for (const auto& [axis, period] : {std::pair{along_, period_}, std::pair{1 - along_, lateral_period_}})
+    p[axis] -= std::round((p[axis] - 0.5 * (bounds_.low[axis] + bounds_.high[axis])) / period) * period;
   double best = 1e300;
-  for (; p[lateral] >= bounds_.low[lateral]; p[lateral] -= lateral_period_)
-    for (const double period : {0.0, -period_, period_}) {
+  for (const double across : {0.0, -lateral_period_, lateral_period_})
+    for (const double along : {0.0, -period_, period_}) {
       Vec3 image = p;
-      image[along_] += period;
+      image[along_] += along;
+      image[1 - along_] += across;
       best = std::min(best, side_.from(image, best));
     }
   return best;

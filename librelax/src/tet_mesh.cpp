@@ -14,6 +14,7 @@
 #include "cell_surfaces.hpp"
 #include "composite_cell.hpp"
 #include "relax/volume_mesh.hpp"
+#include "surface_check.hpp"
 #include "triangle_crossings.hpp"
 
 namespace relax {
@@ -185,6 +186,11 @@ TetQuality quality_of(const Tetrahedra& tets) {
 
 /// TetGen does not survive surfaces that cross.
 void check_crossings(const weave::Snapshot& snapshot, const std::vector<YarnEnvelope>& envelopes) {
+  for (const YarnEnvelope& e : envelopes) {
+    if (const std::size_t pairs = check_surface(e.surface).self_intersections; pairs > 0)
+      throw std::runtime_error(
+          fmt::format("composite mesh: the surface of yarn {} crosses itself in {} pairs of triangles", e.yarn, pairs));
+  }
   const std::vector<TriangleCrossing> crossings = find_crossings(envelopes, {snapshot.cell_length, snapshot.cell_width});
   if (crossings.empty()) return;
   const TriangleCrossing& first = crossings.front();
@@ -200,9 +206,17 @@ CompositeMesh tet_mesh(const weave::Snapshot& snapshot, const std::vector<YarnEn
                        TetQuality* quality) {
   if (!(options.radius_ratio >= 1)) throw std::invalid_argument("composite mesh: the ratio of radius to edge must be >= 1");
   CompositeCell cell = composite_cell(snapshot, envelopes, options.resin_margin);
-  const double edge_length = options.edge_length > 0 ? options.edge_length : mean_edge(cell);
-  if (options.resin_margin == 0) {  // else the highest point of a yarn would lie on the side
-    const double margin = default_margin * edge_length;
+  const double of_surfaces = mean_edge(cell);
+  const double edge_length = options.edge_length > 0 ? options.edge_length : of_surfaces;
+  const double least = of_surfaces / 20, largest = 0.5 * (cell.high - cell.low).head<2>().minCoeff();
+  if (!(edge_length >= least && edge_length <= largest))
+    throw std::invalid_argument(
+        fmt::format("composite mesh: edge length {:.4g} m: must be >= {:.4g} (a twentieth of the surfaces' edges) and "
+                    "<= {:.4g} (half the cell)",
+                    edge_length, least, largest));
+  double margin = options.resin_margin;
+  if (margin == 0) {  // else the highest point of a yarn would lie on the side
+    margin = default_margin * edge_length;
     cell.low.z() -= margin;
     cell.high.z() += margin;
   }
@@ -216,6 +230,7 @@ CompositeMesh tet_mesh(const weave::Snapshot& snapshot, const std::vector<YarnEn
   if (quality != nullptr) {
     *quality = quality_of(tets);
     quality->edge_length = edge_length;
+    quality->resin_margin = margin;
     quality->surface_triangles = yarn_triangles;
   }
 

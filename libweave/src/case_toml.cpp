@@ -206,7 +206,8 @@ void read_sections(std::vector<TableReader>& tables, Case& c) {
     section.tension = table.quantity("tension", Dimension::force, positive, c.loom.tension);
     if (table.first_of("positions", "matrix", true)) {
       const PositionMatrix positions = read_positions(table, c.layers);
-      if (c.layers != wrong_integer && positions.size() > 0) section.matrix = weaving_matrix_from_positions(positions, c.layers, c.insertion_order);
+      if (c.layers != wrong_integer && positions.size() > 0)
+        section.matrix = weaving_matrix_from_positions(positions, c.layers, c.insertion_order);
     } else if (table.find("matrix") && !table.find("positions")) {
       section.matrix = read_matrix(table);
     }
@@ -328,6 +329,9 @@ void check_picks(TableReader& fabric, std::vector<TableReader>& sections, Case& 
     }
   }
   c.columns = static_cast<int>(picks) / c.layers;
+  if (c.insertion_order == InsertionOrder::alternating && c.columns % 2 != 0) {
+    fabric.mistake("insertion_order", fmt::format("needs an even number of weft columns in the cell, which has {}", c.columns));
+  }
 }
 
 /// Every pick needs an open shed: warps of the fabric both up and down.

@@ -155,6 +155,8 @@ const Mistake mistakes[] = {
      "23: numerics.contact = \"bead\": must be one of: \"line\", \"node\""},
     {"InsertionOrder", "layers = 1", "layers = 1\ninsertion_order = \"bottom_first\"",
      "4: fabric.insertion_order = \"bottom_first\": must be one of: \"top_first\", \"alternating\""},
+    {"AlternatingColumns", "layers = 1", "layers = 2\ninsertion_order = \"alternating\"",
+     "4: fabric.insertion_order = \"alternating\": needs an even number of weft columns in the cell, which has 1"},
     {"BothPatterns", "matrix = [\"-\", \"+\"]", "matrix = [\"-\", \"+\"]\npositions = [[0, 1]]",
      "16: section.1.positions = [ [ 0, 1 ] ]: contradicts section.1.matrix: give one of the two"},
     {"BothTakeUps", "rate = \"34 1/in\"", "rate = \"34 1/in\"\nlength = 1e-3",

@@ -151,6 +151,7 @@ TEST(TetMesh, ElementsKnowTheirFibers) {
       continue;
     }
     EXPECT_LT(m.surface_distance[i], 0);
+    EXPECT_GT(m.surface_distance[i], -0.1);  // half the height of a yarn
     EXPECT_NEAR(m.direction[i].norm(), 1, 1e-12);
     EXPECT_GT(m.direction[i][m.yarn[i]], 0.7);  // the warp along x, the weft along y
   }
@@ -178,6 +179,12 @@ TEST(TetMesh, EdgeLengthAndMarginAreTaken) {
   const VolumeMesh coarse = mesh_of({}, {.edge_length = 0.16, .resin_margin = 0.05}).mesh;
   EXPECT_GT(fine, 2 * coarse.elements());
   EXPECT_NEAR(coarse.low.z(), -0.14 - 0.05, 2e-3);  // the wave is sampled at rings
+}
+
+TEST(TetMesh, EdgeLengthsOutOfBoundsAreRefused) {
+  for (const double edge : {0.6, 1e-4})
+    EXPECT_THAT([&] { mesh_of({}, {.edge_length = edge}); },
+                ThrowsMessage<std::invalid_argument>(HasSubstr("composite mesh: edge length")));
 }
 
 TEST(TetMesh, SurfacesThatCrossAreNamed) {

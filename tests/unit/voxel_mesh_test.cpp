@@ -43,7 +43,7 @@ std::size_t yarn_elements(const VolumeMesh& m) {
 
 TEST(VoxelMesh, BoxFillsItsVoxels) {
   const CompositeMesh v = voxel_mesh(straight_warp(), {envelope(0, false, scenes::box_surface({0, 0.25, 0.1}, {1, 0.75, 0.3}))},
-                                 {.counts = {4, 8, 4}, .resin_margin = 0.1});
+                                     {.counts = {4, 8, 4}, .resin_margin = 0.1});
   EXPECT_DOUBLE_EQ(v.mesh.low.z(), 0);
   EXPECT_DOUBLE_EQ(v.mesh.high.z(), 0.4);
   EXPECT_EQ(yarn_elements(v.mesh), 4U * 4U * 2U);
@@ -63,7 +63,7 @@ TEST(VoxelMesh, BoxFillsItsVoxels) {
 // those on the low sides are inside, those on the high sides outside, and no column leaks.
 TEST(VoxelMesh, CentersOnTheSurface) {
   const CompositeMesh v = voxel_mesh(straight_warp(), {envelope(0, false, scenes::box_surface({0.125, 0.25, 0.125}, {1.125, 0.75, 0.375}))},
-                                 {.counts = {4, 16, 4}, .resin_margin = 0.125});
+                                     {.counts = {4, 16, 4}, .resin_margin = 0.125});
   // z: centers at 0.0625, 0.1875 ...; y: at 1/32 + j/16, none on the planes 0.25 and 0.75; x: at 1/8, on the cap.
   EXPECT_EQ(yarn_elements(v.mesh), 4U * 8U * 2U);
   const CompositeMesh on =
@@ -124,9 +124,9 @@ TEST(VoxelMesh, TheDeeperYarnWins) {
   }
   // Two layers of four elements in z share the element layers 2 and 3 of six.
   const CompositeMesh v = voxel_mesh(s,
-                                 {envelope(1, true, scenes::box_surface({0.25, 0, 0.2}, {0.75, 1, 0.4})),
-                                  envelope(0, false, scenes::box_surface({0, 0.25, 0.1}, {1, 0.75, 0.3}))},
-                                 {.counts = {4, 4, 6}});
+                                     {envelope(1, true, scenes::box_surface({0.25, 0, 0.2}, {0.75, 1, 0.4})),
+                                      envelope(0, false, scenes::box_surface({0, 0.25, 0.1}, {1, 0.75, 0.3}))},
+                                     {.counts = {4, 4, 6}});
   EXPECT_EQ(v.mesh.yarns, (std::vector<int>{0, 1}));
   EXPECT_EQ(v.contested, 2U * 2U * 2U);
   const auto at = [&](int i, int j, int k) { return v.mesh.yarn[static_cast<std::size_t>(i + 4 * (j + 4 * k))]; };

@@ -6,10 +6,12 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <numeric>
 #include <stdexcept>
 
 #include "relax/surface_file.hpp"
 #include "relax/version.hpp"
+#include "weave/units.hpp"
 
 namespace heddle {
 namespace {
@@ -32,6 +34,18 @@ double yarn_fraction(const relax::CompositeMesh& c) {
 
 nlohmann::ordered_json constants_json(const relax::TransverseIsotropic& m) {
   return {{"e1_Pa", m.e1}, {"e2_Pa", m.e2}, {"g12_Pa", m.g12}, {"nu12", m.nu12}, {"nu23", m.nu23}};
+}
+
+/// A bare number counts fiber diameters, the mean of the cell's [m].
+double edge_length_of(const std::string& text, const weave::Snapshot& cell) {
+  const bool bare = text.find_first_not_of("0123456789.eE+-") == std::string::npos;
+  try {
+    if (!bare) return weave::parse_quantity(text, weave::Dimension::length);
+    const double radius = std::accumulate(cell.radius.begin(), cell.radius.end(), 0.0) / static_cast<double>(cell.radius.size());
+    return weave::parse_quantity(text, weave::Dimension::number) * 2 * radius;
+  } catch (const std::invalid_argument& e) {
+    throw std::invalid_argument(fmt::format("--edge-length {}: {}", text, e.what()));
+  }
 }
 
 /// The material that a case gives to its yarns; "e_glass" where it gives none.
@@ -89,7 +103,7 @@ relax::VoxelOptions voxel_options(const CompositeOptions& o) {
 MeshedCell mesh_cell(const CompositeInput& input, const CompositeOptions& o) {
   if (!o.tetrahedra) return {relax::voxel_mesh(input.source.snapshot, input.envelopes, voxel_options(o)), {}};
   relax::TetOptions tetrahedra;
-  tetrahedra.edge_length = o.edge_length;
+  if (!o.edge_length.empty()) tetrahedra.edge_length = edge_length_of(o.edge_length, input.source.snapshot);
   tetrahedra.resin_margin = o.resin_margin;
   tetrahedra.fields.kernel_radius = o.kernel_radius;
   MeshedCell meshed;
@@ -161,7 +175,7 @@ std::string composite_summary(const CompositeInput& input, const MeshedCell& mes
     j["elements_in_two_envelopes"] = v.contested;
   }
   j["periodic_z"] = !o.free_z;
-  j["resin_margin_m"] = o.resin_margin;
+  j["resin_margin_m"] = meshed.tetrahedra ? meshed.tetrahedra->resin_margin : o.resin_margin;
   j["fiber_volume_fraction"] = solid_fraction(v);
   j["yarn_volume_fraction"] = yarn_fraction(v);
   j["local_volume_fraction_largest"] = *std::max_element(m.volume_fraction.begin(), m.volume_fraction.end());

@@ -18,9 +18,9 @@ struct CompositeOptions {
   std::filesystem::path output;  ///< folder of the results
   std::vector<int> voxels;       ///< along x, y, z; empty: by voxel_size or elements
   double voxel_size = 0;         ///< [m]; 0: by elements
-  int elements = 20000;          ///< about so many
+  int elements = 12000;          ///< about so many
   bool tetrahedra = false;       ///< that conform to the yarns' surfaces, in place of voxels
-  double edge_length = 0;        ///< of the tetrahedra [m]; 0: as relax::TetOptions
+  std::string edge_length;       ///< of the tetrahedra, in fiber diameters, or with a unit; empty: as relax::TetOptions
   bool quadratic = false;        ///< tetrahedra with nodes at the middles of their edges
   double resin_margin = 0;       ///< [m]
   double kernel_radius = 2;      ///< of the estimate of local volume fractions [fiber diameters]

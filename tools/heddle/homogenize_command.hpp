@@ -5,7 +5,7 @@ namespace heddle {
 
 struct HomogenizeCommandOptions : CompositeOptions {
   std::string ccx = "ccx";
-  bool mesh_error = true;  ///< also on a mesh of 2/3 as many elements along each axis
+  bool mesh_error = true;  ///< also on voxels half as large again, or on tetrahedra of four nodes
 };
 
 /// Stiffness of a composite unit cell by CalculiX, printed and written with the decks to the output folder (default INPUT/homogenized).

@@ -23,16 +23,17 @@ void add_composite_options(CLI::App& app, heddle::CompositeOptions& o) {
   app.add_option("-o,--output", o.output, "results folder (default mesh or homogenized in the folder of the envelopes)");
   auto* voxels = app.add_option("--voxels", o.voxels, "elements along x, y and z")->expected(3)->check(CLI::Range(1, 100000));
   auto* size = app.add_option("--voxel-size", o.voxel_size, "edge of an element, about [m]")->check(CLI::PositiveNumber)->excludes(voxels);
-  app.add_option("--elements", o.elements, "about so many, twice as long along x and y as high")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 100000000))
-      ->excludes(voxels)
-      ->excludes(size);
+  auto* elements = app.add_option("--elements", o.elements, "about so many, twice as long along x and y as high")
+                       ->capture_default_str()
+                       ->check(CLI::Range(1, 100000000))
+                       ->excludes(voxels)
+                       ->excludes(size);
   auto* tetrahedra = app.add_flag("--tetrahedra", o.tetrahedra, "elements that conform to the yarns' surfaces, in place of voxels")
                          ->excludes(voxels)
-                         ->excludes(size);
-  app.add_option("--edge-length", o.edge_length, "of the tetrahedra, about [m] (default: the mean of the surfaces' edges)")
-      ->check(CLI::PositiveNumber)
+                         ->excludes(size)
+                         ->excludes(elements);
+  app.add_option("--edge-length", o.edge_length,
+                 "of the tetrahedra, about, in fiber diameters, or with a unit: \"50 um\" (default: the mean of the surfaces' edges)")
       ->needs(tetrahedra);
   app.add_option("--resin-margin", o.resin_margin, "resin above and below the yarns [m] (default 0; a tenth of an edge with tetrahedra)")
       ->check(CLI::NonNegativeNumber);

@@ -94,6 +94,7 @@ struct TetOptions {
 
 /// How well shaped the tetrahedra are, and what of the surfaces was meshed.
 struct TetQuality {
+  double resin_margin = 0;                    ///< as used [m]
   double edge_length = 0;                     ///< as used [m]
   double dihedral_min = 0, dihedral_max = 0;  ///< between two sides of an element [rad]
   double flat_share = 0;                      ///< of the elements with a dihedral angle below 5 degrees
@@ -101,10 +102,11 @@ struct TetQuality {
 };
 
 /// Tetrahedra that fill the cell and conform to the yarns' surfaces: each triangle of an envelope is a face between two elements. Surfaces
-/// that pass a side of the cell are cut there, and go on at the opposite one; opposite sides are triangulated alike, so that points and
-/// faces on them match to the last bit under the cell's translations. What lies between is meshed by TetGen (Si 2015, ACM Trans. Math.
-/// Softw. 41:11), which leaves the surfaces as they are. Fields of the elements as in voxel_mesh, at their centers.
-/// Throws std::invalid_argument as voxel_mesh does; std::runtime_error where surfaces cross or TetGen fails, saying so.
+/// that pass a side of the cell are cut there, where points very near to it move onto it, and go on at the opposite one; opposite sides are
+/// triangulated alike, so that points and faces on them match to the last bit under the cell's translations. What lies between is meshed by
+/// TetGen (Si 2015, ACM Trans. Math. Softw. 41:11), which leaves the surfaces as they are. Fields of the elements as in voxel_mesh, at
+/// their centers. Throws std::invalid_argument as voxel_mesh does, and for an edge length below a twentieth of the surfaces' or above half
+/// the cell; std::runtime_error where surfaces cross or TetGen fails, saying so.
 CompositeMesh tet_mesh(const weave::Snapshot& snapshot, const std::vector<YarnEnvelope>& envelopes, const TetOptions& options,
                        TetQuality* quality = nullptr);
 
