@@ -6,6 +6,7 @@
 #include "relax/relaxed_file.hpp"
 #include "relax/report.hpp"
 #include "scenes/cells.hpp"
+#include "scenes/temporary.hpp"
 #include "weave/results.hpp"
 
 namespace {
@@ -19,7 +20,7 @@ PosedCell small_cell() {
 
 class TemporaryFile {
  public:
-  explicit TemporaryFile(const std::string& name) : path_(std::filesystem::path(testing::TempDir()) / ("heddle_" + name)) {}
+  explicit TemporaryFile(const std::string& name) : path_(temporary(name)) {}
   ~TemporaryFile() { std::filesystem::remove(path_); }
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;

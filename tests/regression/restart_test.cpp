@@ -5,6 +5,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "scenes/temporary.hpp"
 #include "weave/case.hpp"
 #include "weave/weaving_run.hpp"
 
@@ -28,9 +29,7 @@ Case small_case() {
 
 class FreshFolder {
  public:
-  explicit FreshFolder(const std::string& name) : path_(std::filesystem::path(testing::TempDir()) / ("heddle_" + name)) {
-    std::filesystem::remove_all(path_);
-  }
+  explicit FreshFolder(const std::string& name) : path_(scenes::temporary(name)) { std::filesystem::remove_all(path_); }
   ~FreshFolder() { std::filesystem::remove_all(path_); }
   FreshFolder(const FreshFolder&) = delete;
   FreshFolder& operator=(const FreshFolder&) = delete;

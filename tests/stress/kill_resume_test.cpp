@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include "scenes/temporary.hpp"
+
 namespace {
 
 TEST(kill_resume, a_killed_weave_goes_on_to_the_same_bits) {
-  const auto folder = std::filesystem::path(testing::TempDir()) / "heddle_kill_resume";
+  const auto folder = scenes::temporary("kill_resume");
   const stress::KillCount count = stress::kill_and_resume(HEDDLE_PROGRAM, folder, 1, 5);
   for (const std::string& fault : count.faults) ADD_FAILURE() << fault;
   EXPECT_EQ(count.kills, 5);

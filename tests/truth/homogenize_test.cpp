@@ -11,6 +11,7 @@
 #include <fstream>
 #include <numbers>
 
+#include "scenes/temporary.hpp"
 #include "scenes/yarn_surfaces.hpp"
 #include "weave/results.hpp"
 
@@ -38,8 +39,7 @@ class Homogenize : public ::testing::Test {
     } catch (const std::runtime_error& e) {
       GTEST_SKIP() << e.what();
     }
-    folder_ = std::filesystem::path(::testing::TempDir()) /
-              (std::string("heddle_ccx_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    folder_ = scenes::temporary(std::string("ccx_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);
   }
