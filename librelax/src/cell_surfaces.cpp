@@ -65,10 +65,7 @@ class Cutter {
   /// Side triangles of a yarn over points that the two ends of its period share.
   std::vector<PlaceTriangle> unrolled(const YarnEnvelope& yarn) {
     const SurfaceMesh& surface = yarn.surface;
-    const Bounds bounds = bounds_of(surface);
-    const int along = yarn.weft ? 1 : 0;
-    const double near = 1e-9 * period(along);
-    const auto on = [&](std::uint32_t p, double face) { return std::abs(surface.points[p][along] - face) < near; };
+    const YarnEnds ends = ends_of(yarn);
     std::vector<double> shortest(surface.points.size(), 1e300);
     for (const auto& t : surface.triangles)
       for (std::size_t i = 0; i < 3; ++i) {
@@ -79,27 +76,24 @@ class Cutter {
 
     std::vector<Place> places(surface.points.size());
     std::map<std::pair<double, double>, Place> first_end;
-    const auto across = [&](std::uint32_t p) { return std::pair(surface.points[p][1 - along], surface.points[p].z()); };
+    const auto across = [&](std::uint32_t p) { return std::pair(surface.points[p][1 - ends.along], surface.points[p].z()); };
     for (std::uint32_t p = 0; p < places.size(); ++p) {
-      if (on(p, bounds.high[along])) continue;
+      if (ends.at(surface.points[p], ends.high)) continue;
       places[p] = new_point(surface.points[p], snap_share * shortest[p]);
-      if (on(p, bounds.low[along])) first_end[across(p)] = places[p];
+      if (ends.at(surface.points[p], ends.low)) first_end[across(p)] = places[p];
     }
     for (std::uint32_t p = 0; p < places.size(); ++p) {
-      if (!on(p, bounds.high[along])) continue;
+      if (!ends.at(surface.points[p], ends.high)) continue;
       const auto image = first_end.find(across(p));
       if (image == first_end.end())
         throw std::runtime_error("the surface of yarn " + std::to_string(yarn.yarn) + " does not end as it begins: no point at " +
                                  std::to_string(1e3 * across(p).first) + ", " + std::to_string(1e3 * across(p).second) + " mm");
       places[p] = image->second;
-      ++places[p].periods[along];
+      ++places[p].periods[ends.along];
     }
 
     std::vector<PlaceTriangle> triangles;
-    for (const auto& t : surface.triangles) {
-      const auto cap = [&](double face) { return std::all_of(t.begin(), t.end(), [&](std::uint32_t p) { return on(p, face); }); };
-      if (!cap(bounds.low[along]) && !cap(bounds.high[along])) triangles.push_back({places[t[0]], places[t[1]], places[t[2]]});
-    }
+    for (const auto& t : side_triangles(surface, ends)) triangles.push_back({places[t[0]], places[t[1]], places[t[2]]});
     return triangles;
   }
 

@@ -11,18 +11,15 @@
 namespace relax {
 namespace {
 
-/// Triangles of a yarn's surface but those of its caps.
-std::vector<std::array<Vec3, 3>> side_triangles(const SurfaceMesh& surface, const Bounds& bounds, int along, double period) {
+std::vector<std::array<Vec3, 3>> side_of(const YarnEnvelope& yarn) {
   std::vector<std::array<Vec3, 3>> triangles;
-  const double near = 1e-9 * period;
-  for (const auto& t : surface.triangles) {
-    const std::array<Vec3, 3> x = {surface.points[t[0]], surface.points[t[1]], surface.points[t[2]]};
-    const auto on = [&](double face) {
-      return std::all_of(x.begin(), x.end(), [&](const Vec3& p) { return std::abs(p[along] - face) < near; });
-    };
-    if (!on(bounds.low[along]) && !on(bounds.high[along])) triangles.push_back(x);
-  }
+  const std::vector<Vec3>& x = yarn.surface.points;
+  for (const auto& t : side_triangles(yarn.surface, ends_of(yarn))) triangles.push_back({x[t[0]], x[t[1]], x[t[2]]});
   return triangles;
+}
+
+Vec3 middle_of(const Bounds& bounds) {
+  return 0.5 * (bounds.low + bounds.high);
 }
 
 }  // namespace
@@ -34,6 +31,27 @@ Bounds bounds_of(const SurfaceMesh& surface) {
     b.high = b.high.cwiseMax(x);
   }
   return b;
+}
+
+bool YarnEnds::at(const Vec3& x, double end) const {
+  return std::abs(x[along] - end) < near;
+}
+
+YarnEnds ends_of(const YarnEnvelope& yarn) {
+  const Bounds b = bounds_of(yarn.surface);
+  const int along = yarn.weft ? 1 : 0;
+  return {along, b.low[along], b.high[along], 1e-9 * (b.high - b.low)[along]};
+}
+
+std::vector<std::array<std::uint32_t, 3>> side_triangles(const SurfaceMesh& surface, const YarnEnds& ends) {
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  for (const auto& t : surface.triangles) {
+    const auto cap = [&](double end) {
+      return std::all_of(t.begin(), t.end(), [&](std::uint32_t p) { return ends.at(surface.points[p], end); });
+    };
+    if (!cap(ends.low) && !cap(ends.high)) triangles.push_back(t);
+  }
+  return triangles;
 }
 
 CompositeCell composite_cell(const weave::Snapshot& snapshot, const std::vector<YarnEnvelope>& envelopes, double resin_margin) {
@@ -61,17 +79,17 @@ CompositeCell composite_cell(const weave::Snapshot& snapshot, const std::vector<
 }
 
 YarnDistance::YarnDistance(const YarnEnvelope& yarn, const CompositeCell& cell)
-    : bounds_(bounds_of(yarn.surface)),
-      along_(yarn.weft ? 1 : 0),
+    : along_(yarn.weft ? 1 : 0),
+      middle_(middle_of(bounds_of(yarn.surface))),
       period_((cell.high - cell.low)[along_]),
       lateral_period_((cell.high - cell.low)[1 - along_]),
-      side_(side_triangles(yarn.surface, bounds_, along_, period_)) {}
+      side_(side_of(yarn)) {}
 
 double YarnDistance::from(const Vec3& point) const {
   // The image of the point nearest to the middle of the surface, and those around it.
   Vec3 p = point;
   for (const auto& [axis, period] : {std::pair{along_, period_}, std::pair{1 - along_, lateral_period_}})
-    p[axis] -= std::round((p[axis] - 0.5 * (bounds_.low[axis] + bounds_.high[axis])) / period) * period;
+    p[axis] -= std::round((p[axis] - middle_[axis]) / period) * period;
   double best = 1e300;
   for (const double across : {0.0, -lateral_period_, lateral_period_})
     for (const double along : {0.0, -period_, period_}) {

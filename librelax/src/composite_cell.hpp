@@ -11,6 +11,18 @@ struct Bounds {
 };
 Bounds bounds_of(const SurfaceMesh& surface);
 
+/// Where a yarn's surface ends.
+struct YarnEnds {
+  int along;         ///< axis of the yarn
+  double low, high;  ///< [m]
+  double near;       ///< what counts as there [m]
+  [[nodiscard]] bool at(const Vec3& x, double end) const;
+};
+YarnEnds ends_of(const YarnEnvelope& yarn);
+
+/// Triangles of a yarn's surface but those of its caps.
+std::vector<std::array<std::uint32_t, 3>> side_triangles(const SurfaceMesh& surface, const YarnEnds& ends);
+
 /// The cell that a mesh of a composite fills, and its yarns by rising number.
 struct CompositeCell {
   Vec3 low, high;  ///< x_min ... x_min + cell_length, 0 ... cell_width, lowest ... highest envelope and the resin margin [m]
@@ -27,8 +39,8 @@ class YarnDistance {
   [[nodiscard]] double from(const Vec3& point) const;  ///< [m]
 
  private:
-  Bounds bounds_;
   int along_;
+  Vec3 middle_;  ///< of the surface's bounds
   double period_, lateral_period_;
   SurfaceDistance side_;
 };

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "cap.hpp"
+#include "relax/surface_file.hpp"
 #include "rings.hpp"
 #include "separate.hpp"
 #include "surface_check.hpp"
@@ -158,8 +159,8 @@ Envelopes make_envelopes(const weave::Snapshot& cell, const EnvelopeOptions& opt
     double shared = 0;
     for (std::size_t k = 0; k < side.rings; ++k) shared += rings[y].space[k] / rings[y].solid[k] / static_cast<double>(side.rings);
     e.fiber_space = shared * e.fiber_volume;
-    e.volume = volume_of(e.surface);
-    e.volume_moved = volume_of({before[y].all(), e.surface.triangles}) - e.volume;
+    e.volume = enclosed_volume(e.surface);
+    e.volume_moved = enclosed_volume({before[y].all(), e.surface.triangles}) - e.volume;
     for (std::size_t k = 0; k < side.rings; ++k) e.sections.push_back(measure_section(side, rings[y].stations[k], k, rings[y].solid[k]));
     e.sections.push_back(e.sections.front());
     e.sections.back().centroid += yarn.period;

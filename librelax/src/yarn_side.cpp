@@ -48,12 +48,4 @@ YarnSide join_rings(const YarnFibers& yarn, const Rings& rings) {
   return side;
 }
 
-double volume_of(const SurfaceMesh& surface) {
-  const Vec3& origin = surface.points.front();
-  double six_times = 0;
-  for (const auto& t : surface.triangles)
-    six_times += (surface.points[t[0]] - origin).dot((surface.points[t[1]] - origin).cross(surface.points[t[2]] - origin));
-  return six_times / 6;
-}
-
 }  // namespace relax

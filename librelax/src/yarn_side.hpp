@@ -36,7 +36,4 @@ struct YarnSide {
 /// The rings joined by triangles across the shorter diagonals.
 YarnSide join_rings(const YarnFibers& yarn, const Rings& rings);
 
-/// Volume within a closed surface [m^3].
-double volume_of(const SurfaceMesh& surface);
-
 }  // namespace relax

@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "relax/envelope.hpp"
+#include "relax/surface_file.hpp"
 #include "rings.hpp"
 #include "surface_check.hpp"
 #include "surface_distance.hpp"
@@ -264,7 +265,7 @@ void print_row(const Scene& scene, const Made& made) {
   for (std::size_t y = 0; y < made.surfaces.size(); ++y) {
     const Surface& s = made.surfaces[y];
     triangles += s.mesh.triangles.size();
-    volume += relax::volume_of(s.mesh);
+    volume += relax::enclosed_volume(s.mesh);
     const relax::SurfaceState state = relax::check_surface(s.mesh);
     closed = closed && state.closed;
     self_intersections += state.self_intersections;
