@@ -9,9 +9,9 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "heddle/edge_length.hpp"
 #include "relax/surface_file.hpp"
 #include "relax/version.hpp"
-#include "weave/units.hpp"
 
 namespace heddle {
 namespace {
@@ -36,16 +36,12 @@ nlohmann::ordered_json constants_json(const relax::TransverseIsotropic& m) {
   return {{"e1_Pa", m.e1}, {"e2_Pa", m.e2}, {"g12_Pa", m.g12}, {"nu12", m.nu12}, {"nu23", m.nu23}};
 }
 
-/// A bare number counts fiber diameters, the mean of the cell's [m].
+/// In meters; fiber diameters are the mean of the cell's.
 double edge_length_of(const std::string& text, const weave::Snapshot& cell) {
-  const bool bare = text.find_first_not_of("0123456789.eE+-") == std::string::npos;
-  try {
-    if (!bare) return weave::parse_quantity(text, weave::Dimension::length);
-    const double radius = std::accumulate(cell.radius.begin(), cell.radius.end(), 0.0) / static_cast<double>(cell.radius.size());
-    return weave::parse_quantity(text, weave::Dimension::number) * 2 * radius;
-  } catch (const std::invalid_argument& e) {
-    throw std::invalid_argument(fmt::format("--edge-length {}: {}", text, e.what()));
-  }
+  const EdgeLength length = parse_edge_length(text);
+  if (!length.in_diameters) return length.value;
+  const double radius = std::accumulate(cell.radius.begin(), cell.radius.end(), 0.0) / static_cast<double>(cell.radius.size());
+  return length.value * 2 * radius;
 }
 
 /// The material that a case gives to its yarns; "e_glass" where it gives none.

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "heddle/edge_length.hpp"
 #include "heddle/section_views.hpp"
 #include "heddle/surface_files.hpp"
 #include "heddle/texgen_file.hpp"
@@ -14,7 +15,6 @@
 #include "weave/case.hpp"
 #include "weave/results.hpp"
 #include "weave/tables.hpp"
-#include "weave/units.hpp"
 
 namespace heddle {
 namespace {
@@ -39,18 +39,6 @@ std::string expect_converged(const std::filesystem::path& file, bool accepted) {
                     file.string(), blocked_by));
   }
   return blocked_by;
-}
-
-/// A bare number counts fiber diameters.
-void set_edge_length(relax::EnvelopeOptions& options, const std::string& text) {
-  try {
-    if (text.find_first_not_of("0123456789.eE+-") == std::string::npos)
-      options.edge_length = weave::parse_quantity(text, weave::Dimension::number);
-    else
-      options.edge_length_m = weave::parse_quantity(text, weave::Dimension::length);
-  } catch (const std::invalid_argument& e) {
-    throw std::invalid_argument(fmt::format("--edge-length {}: {}", text, e.what()));
-  }
 }
 
 std::string name_of(const relax::YarnEnvelope& e) {
@@ -115,7 +103,8 @@ int envelope_command(const EnvelopeCommandOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   const std::filesystem::path file = cell_file(options.input);
   relax::EnvelopeOptions envelope;
-  set_edge_length(envelope, options.edge_length);
+  const EdgeLength edge_length = parse_edge_length(options.edge_length);
+  (edge_length.in_diameters ? envelope.edge_length : envelope.edge_length_m) = edge_length.value;
   envelope.ring_distance = options.ring_distance;
   envelope.ball_radius = options.ball_radius;
   envelope.gap = options.gap;
