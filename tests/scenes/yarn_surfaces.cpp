@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace scenes {
 
@@ -51,6 +52,14 @@ relax::SurfaceMesh tube_surface(const TubeShape& t, const YarnPath& path) {
 
 double polygon_area(const TubeShape& t) {
   return 0.5 * t.sides * std::sin(2 * std::numbers::pi / t.sides) * t.half_width * t.half_height;
+}
+
+relax::YarnEnvelope envelope(int yarn, bool weft, relax::SurfaceMesh surface) {
+  relax::YarnEnvelope e;
+  e.yarn = yarn;
+  e.weft = weft;
+  e.surface = std::move(surface);
+  return e;
 }
 
 weave::Snapshot one_yarn(double cell_length, double cell_width, bool weft, const YarnPath& path,

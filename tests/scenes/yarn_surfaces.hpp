@@ -27,6 +27,8 @@ struct TubeShape {
 relax::SurfaceMesh tube_surface(const TubeShape& shape, const YarnPath& path);
 double polygon_area(const TubeShape& shape);
 
+relax::YarnEnvelope envelope(int yarn, bool weft, relax::SurfaceMesh surface);
+
 /// A cell with one yarn, number 0, of fibers side by side at offsets (lateral, height) from the path; poly-lines of `elements` bars.
 weave::Snapshot one_yarn(double cell_length, double cell_width, bool weft, const YarnPath& path,
                          const std::vector<Eigen::Vector2d>& offsets, double radius, double area, int elements);

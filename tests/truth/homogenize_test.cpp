@@ -11,7 +11,7 @@
 #include <fstream>
 #include <numbers>
 
-#include "scenes/temporary.hpp"
+#include "scenes/own_folder.hpp"
 #include "scenes/yarn_surfaces.hpp"
 #include "weave/results.hpp"
 
@@ -31,30 +31,24 @@ Constituents constituents() {
   return {"fiber", "epoxy", aramid_like, 3.5e9, 0.35, Micromechanics::chamis};
 }
 
-class Homogenize : public ::testing::Test {
+class Homogenize : public OwnFolder {
  protected:
   void SetUp() override {
+    OwnFolder::SetUp();
     try {
       find_ccx("ccx");
     } catch (const std::runtime_error& e) {
       GTEST_SKIP() << e.what();
     }
-    folder_ = scenes::temporary(std::string("ccx_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override {
-    if (!folder_.empty()) std::filesystem::remove_all(folder_);
   }
   Homogenization solve(const VolumeMesh& mesh, const Constituents& c, bool periodic_z = true) {
     HomogenizeOptions options;
     options.periodic_z = periodic_z;
-    return homogenize(mesh, c, options, folder_, "cell");
+    return homogenize(mesh, c, options, folder, "cell");
   }
   static void expect_near(const Matrix6& value, const Matrix6& truth, double share) {
     EXPECT_LT((value - truth).cwiseAbs().maxCoeff(), share * truth.cwiseAbs().maxCoeff()) << value << "\n\nbut should be\n" << truth;
   }
-  std::filesystem::path folder_;
 };
 
 /// Cell with a square yarn along x of half its height and width, its material that of the local fraction 0.6.
@@ -91,8 +85,7 @@ TEST_F(Homogenize, OffAxisFibers) {
 VolumeMesh straight_yarn_of_tetrahedra() {
   constexpr double mm = 1e-3;
   const scenes::YarnPath straight = [](double) { return Eigen::Vector2d(0.5 * mm, 0); };
-  YarnEnvelope yarn;
-  yarn.surface = scenes::tube_surface({0, 0, 1 * mm, 0.3 * mm, 0.2 * mm, 6, 12}, straight);
+  const YarnEnvelope yarn = scenes::envelope(0, false, scenes::tube_surface({0, 0, 1 * mm, 0.3 * mm, 0.2 * mm, 6, 12}, straight));
   const weave::Snapshot fibers =
       scenes::one_yarn(1 * mm, 1 * mm, false, straight, scenes::grid_offsets(0.4 * mm, 0.2 * mm, 2, 2), 0.05 * mm, 0.01 * mm * mm, 8);
   VolumeMesh mesh = tet_mesh(fibers, {yarn}, {.resin_margin = 0.1 * mm}).mesh;
@@ -200,9 +193,9 @@ TEST_F(Homogenize, OppositeFacesAreInEquilibrium) {
     for (std::size_t at = 0; (at = text.find(request, at)) != std::string::npos; at += faces.size())
       text.replace(at, request.size(), faces);
   }
-  weave::write_text_file(folder_ / "faces.inp", text);
-  ASSERT_EQ(std::system(("cd '" + folder_.string() + "' && ccx -i faces > faces.log").c_str()), 0);
-  std::ifstream stream(folder_ / "faces.dat");
+  weave::write_text_file(folder / "faces.inp", text);
+  ASSERT_EQ(std::system(("cd '" + folder.string() + "' && ccx -i faces > faces.log").c_str()), 0);
+  std::ifstream stream(folder / "faces.dat");
   std::vector<Vec3> forces;
   for (std::string word; stream >> word;) {
     if (word != "time") continue;

@@ -9,7 +9,7 @@
 #include "relax/relaxed_file.hpp"
 #include "relax/report.hpp"
 #include "scenes/cells.hpp"
-#include "unit/own_folder.hpp"
+#include "scenes/own_folder.hpp"
 #include "weave/results.hpp"
 
 namespace {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "heddle/base64.hpp"
+#include "scenes/temporary.hpp"
 #include "weave/results.hpp"
 
 namespace {
@@ -36,9 +37,7 @@ class ReportPage : public ::testing::Test {
   }
   ~ReportPage() override { std::filesystem::remove_all(folder_); }
 
-  // Of this test alone, as tests run beside one another.
-  std::filesystem::path folder_ = std::filesystem::path(::testing::TempDir()) /
-                                  (std::string("heddle_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+  std::filesystem::path folder_ = scenes::temporary(::testing::UnitTest::GetInstance()->current_test_info()->name());
 };
 
 TEST_F(ReportPage, holds_keys_and_pictures_and_needs_no_other_file) {

@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "hdf5_file.hpp"
-#include "unit/own_folder.hpp"
+#include "scenes/own_folder.hpp"
 #include "unit/synthetic_cloth.hpp"
 #include "weave/checkpoint.hpp"
 

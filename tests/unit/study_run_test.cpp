@@ -18,7 +18,7 @@
 #include "heddle/study_record.hpp"
 #include "heddle/study_report.hpp"
 #include "heddle/study_slurm.hpp"
-#include "unit/own_folder.hpp"
+#include "scenes/own_folder.hpp"
 #include "unit/synthetic_cloth.hpp"
 #include "weave/results.hpp"
 

@@ -9,7 +9,7 @@
 #include <set>
 
 #include "heddle/study_command.hpp"
-#include "unit/own_folder.hpp"
+#include "scenes/own_folder.hpp"
 
 namespace heddle {
 namespace {

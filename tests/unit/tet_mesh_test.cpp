@@ -7,24 +7,16 @@
 #include <set>
 
 #include "relax/periodic_sets.hpp"
-#include "relax/surface_file.hpp"
 #include "relax/volume_mesh.hpp"
 #include "scenes/yarn_surfaces.hpp"
 
 namespace relax {
 namespace {
 
+using scenes::envelope;
 using scenes::TubeShape;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
-
-YarnEnvelope envelope(int yarn, bool weft, SurfaceMesh surface) {
-  YarnEnvelope e;
-  e.yarn = yarn;
-  e.weft = weft;
-  e.surface = std::move(surface);
-  return e;
-}
 
 /// Path of a wave about a middle line.
 scenes::YarnPath wave_about(double lateral, double height) {
@@ -36,9 +28,9 @@ scenes::YarnPath wave_about(double lateral, double height) {
 
 constexpr int warp = 0, weft = 1;
 
-/// A warp below a weft, each with four fibers, in a cell of 1 x 1; their middle lines, and where their surfaces begin.
+/// A warp below a weft, each with four fibers, in a cell of 1 x 1; their middle lines.
 struct Crossing {
-  double warp_y = 0.45, weft_x = 0.55, start = 0;
+  double warp_y = 0.45, weft_x = 0.55;
   double gap = 0.1;  ///< between the heights of the surfaces where they are nearest
 };
 

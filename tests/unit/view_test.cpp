@@ -9,7 +9,7 @@
 
 #include "heddle/draft.hpp"
 #include "heddle/plot.hpp"
-#include "unit/own_folder.hpp"
+#include "scenes/own_folder.hpp"
 #include "unit/synthetic_cloth.hpp"
 #include "weave/results.hpp"
 

@@ -11,17 +11,10 @@
 namespace relax {
 namespace {
 
+using scenes::envelope;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
-
-YarnEnvelope envelope(int yarn, bool weft, SurfaceMesh surface) {
-  YarnEnvelope e;
-  e.yarn = yarn;
-  e.weft = weft;
-  e.surface = std::move(surface);
-  return e;
-}
 
 Eigen::Vector2d straight(double) {
   return {0.5, 0.2};
