@@ -103,8 +103,8 @@ struct Case {
   std::map<std::string, YarnType> yarns;
   std::vector<WarpSection> sections;
   WeftSpec weft;
-  int layers = 1;             ///< weft layers in a column
-  int columns = 1;            ///< weft columns in a unit cell; picks a cell = layers * columns
+  int layers = 1;   ///< weft layers in a column
+  int columns = 1;  ///< weft columns in a unit cell; picks a cell = layers * columns
   InsertionOrder insertion_order = InsertionOrder::top_first;
   int cells = 3;              ///< unit cells to weave
   int kept_cells = 1;         ///< woven cells that stay on the loom before the oldest is cut off and stored
@@ -122,11 +122,11 @@ struct Case {
 
   [[nodiscard]] int picks_per_cell() const { return layers * columns; }
   [[nodiscard]] int layer_of_pick(int pick) const;  ///< from the top, from 0; pick counted from 0 within the cell
-  [[nodiscard]] int warps() const;             ///< warp yarns in a unit cell
-  [[nodiscard]] int dents() const;             ///< reed dents in a unit cell
-  [[nodiscard]] double cell_width() const;     ///< along y [m]
-  [[nodiscard]] double cell_length() const;    ///< along x: columns * take_up.length [m]
-  [[nodiscard]] WeavingMatrix matrix() const;  ///< whole fabric's, sections side by side (picks a cell x warps)
+  [[nodiscard]] int warps() const;                  ///< warp yarns in a unit cell
+  [[nodiscard]] int dents() const;                  ///< reed dents in a unit cell
+  [[nodiscard]] double cell_width() const;          ///< along y [m]
+  [[nodiscard]] double cell_length() const;         ///< along x: columns * take_up.length [m]
+  [[nodiscard]] WeavingMatrix matrix() const;       ///< whole fabric's, sections side by side (picks a cell x warps)
 };
 
 /// The user's mistake in a case: the message reads "FILE:LINE: KEY = VALUE: what is wrong and the bound".

@@ -17,8 +17,8 @@ using PositionMatrix = Eigen::MatrixXi;
 /// In which order the wefts of a column are inserted.
 enum class InsertionOrder {
   top_first,    ///< the top layer first in every column (Yang 2015, 3.3)
-  alternating,  ///< the top layer first in the first column, the bottom layer first in the second, and so on: straight warps then change the
-                ///< shed one after another all the time, instead of all at once after each column
+  alternating,  ///< the top layer first in the first column, the bottom layer first in the second, and so on: straight warps then change
+                ///< the shed one after another all the time, instead of all at once after each column
 };
 
 /// Layer, counted from the top from 0, of a pick counted from 0 within the unit cell.
