@@ -132,6 +132,7 @@ YarnType read_yarn(const std::string& name, const Case& c, TableReader& table) {
   yarn.packing = table.quantity("packing", Dimension::number, positive_fraction, yarn.packing);
   yarn.compression_factor = table.quantity("compression_factor", Dimension::number, fraction, yarn.compression_factor);
   yarn.bending_stiffness = table.quantity("bending_stiffness", Dimension::bending_stiffness, not_negative, yarn.bending_stiffness);
+  yarn.friction_within = table.quantity("friction_within", Dimension::number, {0, 10}, c.friction);
   yarn.fibers = table.integer("fibers", 1, 100000, yarn.fibers);
   if (yarn.fibers != wrong_integer && !is_fiber_count(yarn.fibers)) {
     table.mistake("fibers", "must be 1, 3, 5 or a centred hexagonal number 7, 19, 37, 61, 91, 127, ...");

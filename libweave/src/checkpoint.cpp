@@ -13,7 +13,7 @@ namespace weave {
 namespace {
 
 /// Rises with every change of what a checkpoint holds or of what it means. 1: contacts on poly-lines; 2: on spans of smooth axes.
-constexpr std::int64_t format = 2;
+constexpr std::int64_t format = 3;
 
 void write_vectors(Hdf5File& file, const std::string& path, const std::vector<Vec3>& v) {
   file.write_rows<double>(path, std::span<const double>(v.empty() ? nullptr : v.front().data(), 3 * v.size()), 3);
@@ -113,7 +113,8 @@ std::vector<double> scalars_of(const Model& m) {
   std::vector<double> s = {m.period_y, m.friction,  m.damping, m.axial_damping, double(m.implicit_axial), double(m.node_contact),
                            m.guide_x,  m.guide_ramp};
   for (const FiberType& t : m.types) {
-    s.insert(s.end(), {t.radius, t.area, t.youngs_modulus, t.compression_factor, t.transverse_modulus, t.density, t.bending_stiffness});
+    s.insert(s.end(), {t.radius, t.area, t.youngs_modulus, t.compression_factor, t.transverse_modulus, t.density, t.bending_stiffness,
+                       t.friction_within.value_or(m.friction)});
   }
   return s;
 }
@@ -127,7 +128,9 @@ void set_scalars(const std::vector<double>& s, Model& m) {
   m.node_contact = s[5] != 0;
   m.guide_x = s[6];
   m.guide_ramp = s[7];
-  for (std::size_t i = 8; i + 6 < s.size(); i += 7) add_type(m, {s[i], s[i + 1], s[i + 2], s[i + 3], s[i + 4], s[i + 5], s[i + 6]});
+  for (std::size_t i = 8; i + 7 < s.size(); i += 8) {
+    add_type(m, {s[i], s[i + 1], s[i + 2], s[i + 3], s[i + 4], s[i + 5], s[i + 6], s[i + 7]});
+  }
   finish_types(m);
 }
 

@@ -333,7 +333,8 @@ void line_contact(const Target& at, LineContact& c, FrictionSpring& spring, cons
     return;
   }
   sums.touching += touches;
-  const double friction_stiffness = m.friction * normal.stiffness;
+  const double friction = one_yarn ? m.friction_within(at.fiber) : m.friction;
+  const double friction_stiffness = friction * normal.stiffness;
   // A reed bar does not give way, which halves what its touch adds to a frequency.
   const double share = on_reed ? 0.5 : 1;
   // Where friction acts: in the middle of the samples' forces, or in the point itself where they are on two spans.
@@ -349,13 +350,13 @@ void line_contact(const Target& at, LineContact& c, FrictionSpring& spring, cons
   const Vec3 n = unit_normal(law, apart, arm);
   const ContactStiffness felt = stiffness_along(n, share * normal.bound, share * friction_stiffness, true);
   const Slip slip = slip_of(g, on_a, on_b, n, arm, one_yarn, at.dt);
-  if (m.friction > 0) {
+  if (friction > 0) {
     if (!touches) return part(spring, slip, sums.slip_loss);
     // Beside the middle of a crossing the samples also push along the fiber, which is no normal force of the two fibers.
     const Vec3& pushed = normal.force.on_middle;
     const double along = pushed.dot(slip.t_a);
     const double normal_force = std::sqrt(std::max(pushed.squaredNorm() - along * along, 0.0));
-    slide(spring, slip, friction_stiffness, m.friction * normal_force, sums.slip_loss);
+    slide(spring, slip, friction_stiffness, friction * normal_force, sums.slip_loss);
     const double along_b = spring.along - slip.cosine * spring.across;
     const Vec3 drag = along_b * slip.t_b + spring.across * slip.t_a;
     normal.force.add(drag, on_a.u);
@@ -393,19 +394,20 @@ void node_contact(const Target& at, LineContact& c, FrictionSpring& spring, Reac
   const double weight = 0.5 * m.tributary[p];
   const auto [force, stiffness] = law.line_response(overlap);
   const double fn = weight * force, kn = weight * stiffness;
+  const double friction = m.yarn[at.fiber] == m.yarn[m.fiber_of[other]] ? m.friction_within(at.fiber) : m.friction;
   Vec3 on_node = fn / std::max(distance, 1e-3 * law.reach) * to_p;
   Vec3 on_other = -fn / std::max(to_q.norm(), 1e-3 * law.reach) * to_q;
-  if (m.friction > 0) {
+  if (friction > 0) {
     Slip slip;
     slip.along_a = slip.along_b = (g.v[p] - g.v[other]).dot(t) * at.dt;
     slip.cosine = 1;
-    slide(spring, slip, m.friction * kn, m.friction * fn, sums.slip_loss);
+    slide(spring, slip, friction * kn, friction * fn, sums.slip_loss);
     on_node += spring.along * t;
     on_other -= spring.along * t;
   }
   const double normal_stiffness = kn * (1 + overlap / law.reach);
   const auto felt = [&](const Vec3& to) {
-    return stiffness_along(to / std::max(to.norm(), 1e-3 * law.reach), normal_stiffness, m.friction * kn, false);
+    return stiffness_along(to / std::max(to.norm(), 1e-3 * law.reach), normal_stiffness, friction * kn, false);
   };
   at.force[p].add_to_node(on_node);
   felt(to_p).add_to(at.stiffness[p], 1, t);

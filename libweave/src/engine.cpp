@@ -358,7 +358,7 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
   const double dt = state_.dt, kick = kick_time();
   gather_reactions(model_, geometry(), state_.contacts, f, span_force_, stiffness_);
   share_out_span_forces(f);
-  if (model_.friction > 0) turning_.add_forces(f, state_.x, force_);
+  if (model_.has_friction()) turning_.add_forces(f, state_.x, force_);
 
   if (model_.role[f] == Role::reed) {
     for (std::uint32_t p = begin; p < end; ++p) {
@@ -555,7 +555,7 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
   std::chrono::steady_clock::time_point middle;
 #pragma omp parallel num_threads(static_cast <int>(share_of_.size()) - 1)
   {
-    if (model_.friction > 0) {
+    if (model_.has_friction()) {
 #pragma omp for schedule(static)
       for (std::size_t y = 0; y < turning_.yarns(); ++y) turning_.find(model_, y, state_.x, state_.v);
     }
@@ -573,7 +573,7 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
 #pragma omp barrier
 #pragma omp master
     middle = std::chrono::steady_clock::now();
-    if (model_.friction > 0) {
+    if (model_.has_friction()) {
 #pragma omp for schedule(static)
       for (std::size_t y = 0; y < turning_.yarns(); ++y) turning_.sum_couples(y);
     }

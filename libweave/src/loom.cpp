@@ -261,7 +261,7 @@ std::pair<Model, State> set_up_loom(const Case& c, const LoomLayout& layout) {
   for (const std::string& name : layout.type_names) {
     const YarnType& y = c.yarns.at(name);
     add_type(m, {y.fiber_radius(), y.fiber_area(), y.youngs_modulus, y.compression_factor, y.transverse_modulus, y.density,
-                 y.bending_stiffness / y.fibers});
+                 y.bending_stiffness / y.fibers, y.friction_within});
     m.guide_ramp = std::max(m.guide_ramp, element_length(c, m.types.back()));
     transverse = std::max(transverse, y.transverse_modulus);
   }

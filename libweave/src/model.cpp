@@ -20,6 +20,10 @@ void finish_types(Model& model) {
   }
 }
 
+bool Model::has_friction() const {
+  return friction > 0 || std::any_of(types.begin(), types.end(), [](const FiberType& t) { return t.friction_within.value_or(0) > 0; });
+}
+
 void add_fiber(Model& model, const FiberSpec& spec, std::vector<Vec3>& x) {
   assert(spec.rest_length.size() + (spec.periodic ? 0 : 1) == spec.x.size());
   if (model.first.empty()) model.first.push_back(0);

@@ -131,10 +131,13 @@ TEST(yarn_turning, keeps_momentum_and_energy) {
   EXPECT_LT((after.angular - before.angular).norm(), 1e-7 * before.angular.norm());  // exact for parallel fibers; these end bent
 }
 
-/// By how much the outer two of three fibers piled up between plates of bars part as a reed presses on the pile along -x by `depth` [m].
-double spread_of_pile(double friction, double depth) {
-  Scene scene = empty_scene(glass_fiber(0.5 * d));
-  scene.model.friction = friction;
+/// By how much the outer two of three fibers piled up between plates of bars part as a reed presses on the pile along -x by `depth` [m];
+/// friction on the plates and between the three.
+double spread_of_pile(double on_plates, double within, double depth) {
+  weave::FiberType type = glass_fiber(0.5 * d);
+  type.friction_within = within;
+  Scene scene = empty_scene(type);
+  scene.model.friction = on_plates;
   scene.model.damping = 2e4;
   const double height = std::sqrt(0.75) * d;
   const int bars = 6;
@@ -168,8 +171,15 @@ TEST(yarn_turning, a_pile_of_three_holds_from_coulombs_limit_on) {
   // Pushed by a force at 30 degrees from the vertical and held by friction there and on the plate: tan 15 degrees = 0.268 (of rods that do
   // not turn as of rods that roll). Below it the pile collapses, by 2 sqrt(3) of the depth at first; above it gives way as its contacts do.
   const double depth = 0.05 * d, collapse = 2 * std::sqrt(3) * depth;
-  EXPECT_GT(spread_of_pile(0.25, depth), 0.6 * collapse);
-  EXPECT_LT(spread_of_pile(0.3, depth), 0.2 * collapse);
+  EXPECT_GT(spread_of_pile(0.25, 0.25, depth), 0.6 * collapse);
+  EXPECT_LT(spread_of_pile(0.3, 0.3, depth), 0.2 * collapse);
+}
+
+TEST(yarn_turning, a_pile_holds_by_the_friction_within_its_yarn) {
+  // As above with two coefficients: sin 30 = within cos 30 + on_plates (cos 30 + within sin 30), which is within = 0.338 at 0.2 on the plates.
+  const double depth = 0.05 * d, collapse = 2 * std::sqrt(3) * depth;
+  EXPECT_GT(spread_of_pile(0.2, 0.31, depth), 0.6 * collapse);
+  EXPECT_LT(spread_of_pile(0.2, 0.37, depth), 0.2 * collapse);
 }
 
 }  // namespace

@@ -146,6 +146,8 @@ const Mistake mistakes[] = {
     {"EmptyYarnName", "[weft]\nyarn = \"glass\"", "[weft]\nyarn = \"\"", "17: weft.yarn = \"\": must not be empty"},
     {"HugeHeight", "length = \"0.2 in\"", "length = \"0.2 in\"\nheight_ratio = 1e6",
      "20: loom.height_ratio = 1000000.0: makes the loom 5080 m high; must be <= 10 m"},
+    {"NegativeFrictionWithin", "density = \"2540 kg/m^3\"", "density = 2540\nfriction_within = -0.1",
+     "7: yarns.glass.friction_within = -0.1: must be >= 0 and <= 10"},
     {"NegativeFriction", "layers = 1", "layers = 1\nfriction = -0.1", "4: fabric.friction = -0.1: must be >= 0 and <= 10"},
     {"ZeroTension", "length = \"0.2 in\"", "length = \"0.2 in\"\ntension = 0", "20: loom.tension = 0: must be > 0 N"},
     {"ZeroLayers", "layers = 1", "layers = 0", "3: fabric.layers = 0: must be >= 1 and <= 10000"},
@@ -301,6 +303,7 @@ void expect_same(const Case& a, const Case& b) {
     EXPECT_EQ(yarn.packing, other.packing);
     EXPECT_EQ(yarn.compression_factor, other.compression_factor);
     EXPECT_EQ(yarn.bending_stiffness, other.bending_stiffness);
+    EXPECT_EQ(yarn.friction_within, other.friction_within);
     EXPECT_EQ(yarn.fibers, other.fibers);
     EXPECT_EQ(yarn.material, other.material);
   }
@@ -370,11 +373,17 @@ void expect_round_trip(const Case& c) {
   EXPECT_EQ(to_toml(again), text);
 }
 
+TEST(Case, FrictionWithinAYarnIsThatOfTheFabricUnlessGiven) {
+  const std::string with_friction = replaced("layers = 1", "layers = 1\nfriction = 0.3");
+  EXPECT_EQ(parse_case(with_friction, "plain.toml").yarns.at("glass").friction_within, 0.3);
+  EXPECT_EQ(parse_case(with_friction, "plain.toml", {"yarns.glass.friction_within=0.6"}).yarns.at("glass").friction_within, 0.6);
+}
+
 TEST(Case, EveryKeyRoundTripsToTheBit) {
   // Every entry away from its default and most of them without a short decimal.
   Case c = parse_case(plain, "plain.toml");
   c.title = "quotes \" and \\ and a\ttab, \xc3\xa9";
-  YarnType odd{"odd name.1", 1 / 3e4, 1 / 3e-4, 1e11 / 3, 1e9 / 3, 1 / 3.0, 1e-3 / 3, 1e-12 / 3, 37, "odd material"};
+  YarnType odd{"odd name.1", 1 / 3e4, 1 / 3e-4, 1e11 / 3, 1e9 / 3, 1 / 3.0, 1e-3 / 3, 1e-12 / 3, 37, "odd material", 2 / 3.0};
   c.materials["odd material"] = {1e11 / 3, 1e10 / 3, 1e10 / 7, 1 / 3.0, 1 / 7.0};
   c.matrix_material = {1e10 / 3, 1 / 3.0};
   c.yarns[odd.name] = odd;

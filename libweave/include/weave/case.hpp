@@ -23,6 +23,9 @@ struct YarnType {
   double bending_stiffness = 0;      ///< sum of E I over the yarn's filaments [N m^2]; 0 as in Yang 2015
   int fibers = 7;                    ///< digital fibers a yarn: 1, 3, 5 or a centred hexagonal count 7, 19, 37, ...
   std::string material = {};         ///< of its fibers in a composite, one of Case::materials or known_fibers(); empty: not given
+  /// Coulomb coefficient between the digital fibers of one yarn; Case::friction unless the case file gives it. They stand for packed
+  /// filaments, which interlock, so that it may well be higher than between yarns.
+  double friction_within = 0;
 
   [[nodiscard]] double fiber_area() const;    ///< solid area of one digital fiber [m^2]
   [[nodiscard]] double fiber_radius() const;  ///< contact radius of one digital fiber [m]

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "weave/contact_law.hpp"
@@ -19,13 +20,14 @@ struct FiberType {
   double transverse_modulus = 0;  ///< E_T [Pa]
   double density = 0;             ///< solid [kg/m^3]
   double bending_stiffness = 0;   ///< E I of one digital fiber [N m^2]
+  std::optional<double> friction_within = {};  ///< Coulomb coefficient between the fibers of one yarn; the model's if not given
 };
 
 /// Fibers as chains of nodes, stored fiber after fiber. A periodic fiber (a weft) closes on itself across the cell: its last node is a
 /// ghost, the first node's image at y + period_y. Nothing in here changes between two edits of the topology (at the start of a pick).
 struct Model {
   double period_y = 0;         ///< cell width [m]; 0: not periodic
-  double friction = 0;         ///< Coulomb coefficient
+  double friction = 0;         ///< Coulomb coefficient between fibers, if their yarn gives none of its own
   double damping = 0;          ///< mass-proportional [1/s]
   double axial_damping = 0;    ///< of the bars, fraction of critical for one bar between two node masses
   bool implicit_axial = true;  ///< axial terms implicit (IMEX), else explicit
@@ -64,6 +66,9 @@ struct Model {
   [[nodiscard]] const PairLaw& pair_law(std::size_t fiber_a, std::size_t fiber_b) const {
     return pair_laws[type[fiber_a] * types.size() + type[fiber_b]];
   }
+  /// Coulomb coefficient between this fiber and others of its yarn.
+  [[nodiscard]] double friction_within(std::size_t fiber) const { return type_of(fiber).friction_within.value_or(friction); }
+  [[nodiscard]] bool has_friction() const;
   /// Last node of a fiber; the ghost of a periodic one.
   [[nodiscard]] std::uint32_t last(std::size_t fiber) const { return first[fiber + 1] - 1; }
   /// Number of nodes that carry mass.
