@@ -29,6 +29,7 @@ StrainEnergy slackening(double e, double compression_factor, double width) {
 /// A bar as it stands: its vector, length, rest length, and strain energy.
 struct Bar {
   std::uint32_t next;
+  int wrap;  ///< periods to its end
   Vec3 along;
   double length, rest, axial;  ///< [m], [m], E A [N]
   StrainEnergy strain;
@@ -45,8 +46,9 @@ Bar bar_at(const Cell& cell, const Unknowns& unknowns, const Eigen::VectorXd& q,
   const Cell::ChainNode next = cell.after(i);
   Bar bar;
   bar.next = next.node;
+  bar.wrap = next.wrap;
   bar.along = q.segment<3>(3 * Eigen::Index{next.node}) - q.segment<3>(3 * Eigen::Index{i});
-  if (next.wrap != 0) bar.along += cell.period(f);
+  if (next.wrap != 0) bar.along += cell.period(f, q);
   bar.length = bar.along.norm();
   bar.along /= bar.length;
   const Eigen::Index drawn = unknowns.drawn[f];
@@ -67,6 +69,8 @@ double bar_energy(const Cell& cell, const Unknowns& unknowns, const Eigen::Vecto
     const std::uint32_t f = cell.fiber_of[i];
     const Eigen::Index drawn = unknowns.drawn[f];
     const Bar bar = bar_at(cell, unknowns, q, i, rest_sum[f]);
+    const Eigen::Index axis = cell.axis_of(f);
+    const Eigen::Index length = bar.wrap != 0 ? unknowns.length[static_cast<std::size_t>(axis)] : -1;  // grows as the bar's end moves
     const auto [psi, force, stiffness] = bar.strain;
     const double pull = bar.axial * force, ratio = bar.length / bar.rest;
     const double share = cell.rest_length[i] / rest_sum[f];  // d rest / d drawn
@@ -75,6 +79,7 @@ double bar_energy(const Cell& cell, const Unknowns& unknowns, const Eigen::Vecto
       want.gradient->segment<3>(3 * Eigen::Index{bar.next}) += pull * bar.along;
       want.gradient->segment<3>(3 * Eigen::Index{i}) -= pull * bar.along;
       if (drawn >= 0) (*want.gradient)[drawn] += share * bar.axial * (psi - force * ratio);
+      if (length >= 0) (*want.gradient)[length] += pull * bar.along[axis];
     }
     if (want.hessian) {
       const double stretch = bar.axial * stiffness / bar.rest;
@@ -84,11 +89,17 @@ double bar_energy(const Cell& cell, const Unknowns& unknowns, const Eigen::Vecto
       want.hessian->add(bar.next, bar.next, block);
       want.hessian->add(i, bar.next, -block);
       if (drawn >= 0) {
-        const Eigen::Index border = drawn - 3 * unknowns.nodes;
+        const Eigen::Index border = unknowns.border(drawn);
         const Vec3 mixed = -share * stretch * ratio * bar.along;
         want.hessian->add_border(border, bar.next, mixed);
         want.hessian->add_border(border, i, -mixed);
         want.hessian->add_corner(border, share * share * stretch * ratio * ratio);
+        if (length >= 0) want.hessian->add_corner(border, unknowns.border(length), mixed[axis]);
+      }
+      if (length >= 0) {
+        want.hessian->add_border(unknowns.border(length), bar.next, block.col(axis));
+        want.hessian->add_border(unknowns.border(length), i, -block.col(axis));
+        want.hessian->add_corner(unknowns.border(length), block(axis, axis));
       }
     }
   }
@@ -97,7 +108,7 @@ double bar_energy(const Cell& cell, const Unknowns& unknowns, const Eigen::Vecto
     if (unknowns.drawn[f] < 0) continue;
     const FiberType& type = cell.type_of(f);
     const double price = cell.tension[f] * (1 + 0.5 * cell.tension[f] / (type.youngs_modulus * type.area));
-    work += price * (rest_sum[f] + q[unknowns.drawn[f]] - cell.period(f).norm());
+    work += price * (rest_sum[f] + q[unknowns.drawn[f]] - (cell.weft[f] ? cell.length_y : cell.length_x));
     if (want.gradient) (*want.gradient)[unknowns.drawn[f]] += price;
   }
   if (tension_work) *tension_work = work;

@@ -1,6 +1,7 @@
 #include "relax/cell.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "spline.hpp"
@@ -59,6 +60,16 @@ Unknowns::Unknowns(const Cell& cell) : nodes(static_cast<Eigen::Index>(cell.node
     platens = size;
     size += 2;
   }
+  if (cell.load_x) length[0] = size++;
+  if (cell.load_y) length[1] = size++;
+}
+
+double Unknowns::way(const Eigen::VectorXd& step) const {
+  double way2 = 0, growth = 0;
+  for (Eigen::Index i = 0; i < nodes; ++i) way2 = std::max(way2, step.segment<3>(3 * i).squaredNorm());
+  if (platens >= 0) way2 = std::max(way2, step.segment<2>(platens).cwiseAbs2().maxCoeff());
+  for (const Eigen::Index u : length) growth += u >= 0 ? std::abs(step[u]) : 0;
+  return std::sqrt(way2) + growth;
 }
 
 Eigen::VectorXd unknowns_at(const Cell& cell, const std::vector<Vec3>& x) {
@@ -76,6 +87,14 @@ Eigen::VectorXd unknowns_at(const Cell& cell, const std::vector<Vec3>& x) {
     q[unknowns.platens + 1] = high;
   }
   return q;
+}
+
+void settle_lengths(Cell& cell, Eigen::VectorXd& q) {
+  cell.length_x = cell.length_x_at(q);
+  cell.length_y = cell.length_y_at(q);
+  for (const Eigen::Index u : Unknowns(cell).length) {
+    if (u >= 0) q[u] = 0;
+  }
 }
 
 Vec3 axis_point(const Cell& cell, const Eigen::VectorXd& q, std::uint32_t node, double share) {

@@ -1,6 +1,8 @@
 #include "cell_file.hpp"
 
 #include <array>
+#include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -50,6 +52,8 @@ void each_column(F&& f) {
 
 void write_cell(weave::Hdf5File& file, const Cell& cell) {
   file.write("/cell/numbers", std::vector<double>{cell.length_x, cell.length_y, cell.pressure, cell.slack_strain});
+  constexpr double given = std::numeric_limits<double>::quiet_NaN();
+  file.write("/cell/load_N", std::vector<double>{cell.load_x.value_or(given), cell.load_y.value_or(given)});
   std::vector<double> types;
   for (const FiberType& type : cell.types) {
     for (const TypeColumn column : type_columns) types.push_back(type.*column);
@@ -73,6 +77,9 @@ Cell read_cell(const weave::Hdf5File& file) {
   cell.length_y = numbers[1];
   cell.pressure = numbers[2];
   cell.slack_strain = numbers[3];
+  const std::vector<double> load = file.has("/cell/load_N") ? file.read<double>("/cell/load_N") : std::vector<double>{};
+  if (load.size() == 2 && !std::isnan(load[0])) cell.load_x = load[0];
+  if (load.size() == 2 && !std::isnan(load[1])) cell.load_y = load[1];
   const weave::Hdf5Array<double> types = file.read_rows<double>("/cell/types");
   if (types.columns != type_columns.size()) throw std::runtime_error("/cell/types: has " + std::to_string(types.columns) + " columns");
   for (std::size_t i = 0; i < types.rows; ++i) {

@@ -14,44 +14,94 @@ namespace {
 constexpr double bend_mild = 0.6, bend_sharp = 0.9;  ///< curvature of an axis times the reach; from 1 on closest points are not unique
 constexpr double bend_seen_within = 1.5;             ///< distance over the reach
 
-/// Nodes of a contact: three of the point's span, three of the touched span.
-constexpr std::size_t parts = 6;
+/// What moves the separation of a sample: nodes of the point's span, nodes of the touched span, and the cell's free lengths, which move the
+/// images of either. By `c` in all directions, or, a length, along its axis alone.
+struct Mover {
+  bool of_touched = false;
+  Eigen::Index axis = -1;        ///< of a length; -1: a node
+  std::uint32_t node = 0;        ///< of a node
+  Eigen::Index unknown = -1;     ///< of a length
+  double c = 0, c_slope = 0;     ///< and its derivative by the place on the touched axis
+};
+
+/// Movers of one sample, at most: 3 + 3 nodes and two lengths on each side.
+struct Movers {
+  std::array<Mover, 10> of;
+  std::size_t count = 0;
+
+  void add_span(const Span& span, const Vec3& weight, const Vec3& slope, bool of_touched) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      const auto k = static_cast<Eigen::Index>(a);
+      const double sign = of_touched ? -1 : 1;
+      of[count++] = {of_touched, -1, span.node[a], -1, sign * weight[k], of_touched ? -slope[k] : 0};
+    }
+  }
+  /// The lengths by which a side's nodes are moved.
+  void add_lengths(const Unknowns& unknowns, const std::array<double, 2>& c, const std::array<double, 2>& c_slope, bool of_touched) {
+    for (std::size_t k = 0; k < 2; ++k) {
+      if (unknowns.length[k] >= 0 && (c[k] != 0 || c_slope[k] != 0))
+        of[count++] = {of_touched, static_cast<Eigen::Index>(k), 0, unknowns.length[k], c[k], c_slope[k]};
+    }
+  }
+};
 
 /// Adds the Hessian of one sample's energy phi(d), with the distance d = min over v of |r|, r = p - y(v). With the coefficients c of the
-/// nodes in r and n = r/d, the gradient of d is c n, v having no first-order part in it. For psi = d^2/2 = min over v of |r|^2/2 =: min G,
+/// movers in r and n = r/d, the gradient of d is c n, v having no first-order part in it. For psi = d^2/2 = min over v of |r|^2/2 =: min G,
 ///   d2 psi = G_qq - G_qv G_vq / G_vv, G_qq = c c I, G_qv = c' r - c y', G_vv = y'.y' - r.y'',
 /// (c' by v, zero for the point's own nodes), and d2 d = (d2 psi - n n) / d.
-void add_hessian(const ChainPoint& at, const std::array<std::uint32_t, parts>& node, const std::array<double, parts>& c, double distance,
-                 double force, double slope, const Derivatives& want) {
+void add_hessian(const ChainPoint& at, const Movers& movers, const Unknowns& unknowns, double distance, double force, double slope,
+                 const Derivatives& want) {
   const Vec3 n = at.separation / distance;
   const Vec3 tangent = at.span.tangent(at.share);
   const double bend = tangent.squaredNorm() - at.separation.dot(at.span.curve);
   const double turn = want.convex ? 0 : -force / distance;  // phi' / d
-  const Vec3 slopes = span_slopes(at.share);
-  std::array<Vec3, parts> g;
-  for (std::size_t a = 0; a < parts; ++a) {
-    const double c_slope = a < 3 ? 0 : -slopes[static_cast<Eigen::Index>(a) - 3];
-    g[a] = c_slope * at.separation - c[a] * tangent;
-  }
   const Eigen::Matrix3d along_n = n * n.transpose();
-  for (std::size_t a = 0; a < parts; ++a) {
-    for (std::size_t b = a; b < (want.fiber_wise && a < 3 ? 3 : parts); ++b) {
-      Eigen::Matrix3d block = (slope - turn) * c[a] * c[b] * along_n;
-      if (turn != 0) block += turn * (c[a] * c[b] * Eigen::Matrix3d::Identity() - g[a] * g[b].transpose() / bend);
-      if (a != b && node[a] == node[b]) {  // a fiber that touches its own image
-        want.hessian->add(node[a], node[a], block + block.transpose());
+  std::array<Vec3, std::tuple_size_v<decltype(movers.of)>> g;
+  for (std::size_t a = 0; a < movers.count; ++a) g[a] = movers.of[a].c_slope * at.separation - movers.of[a].c * tangent;
+  for (std::size_t i = 0; i < movers.count; ++i) {
+    const Mover& a = movers.of[i];
+    for (std::size_t j = i; j < movers.count; ++j) {
+      const Mover& b = movers.of[j];
+      if (want.fiber_wise && a.of_touched != b.of_touched) continue;
+      Eigen::Matrix3d block = (slope - turn) * a.c * b.c * along_n;
+      if (turn != 0) block += turn * (a.c * b.c * Eigen::Matrix3d::Identity() - g[i] * g[j].transpose() / bend);
+      if (a.axis < 0 && b.axis < 0) {
+        // For i != j it stands for both triangles, also where a fiber touches its own image.
+        want.hessian->add(a.node, b.node, i != j && a.node == b.node ? Eigen::Matrix3d(block + block.transpose()) : block);
+      } else if (a.axis < 0) {
+        want.hessian->add_border(unknowns.border(b.unknown), a.node, block.col(b.axis));
+      } else if (a.unknown == b.unknown) {
+        want.hessian->add_corner(unknowns.border(a.unknown), (i == j ? 1 : 2) * block(a.axis, b.axis));
       } else {
-        want.hessian->add(node[a], node[b], block);
+        want.hessian->add_corner(unknowns.border(a.unknown), unknowns.border(b.unknown), block(a.axis, b.axis));
       }
     }
   }
 }
 
+Movers movers_of(const Cell& cell, const Unknowns& unknowns, const SpanContact& contact, const Span& own, double u, const ChainPoint& at) {
+  Movers movers;
+  const Vec3 own_share = span_weights(u), other_share = span_weights(at.share), other_slope = span_slopes(at.share);
+  movers.add_span(own, own_share, Vec3::Zero(), false);
+  movers.add_span(at.span, other_share, other_slope, true);
+  if (unknowns.length[0] < 0 && unknowns.length[1] < 0) return movers;
+  const auto own_axis = static_cast<std::size_t>(cell.axis_of(cell.fiber_of[contact.span]));
+  const auto other_axis = static_cast<std::size_t>(cell.axis_of(cell.fiber_of[contact.other]));
+  std::array<double, 2> of_own = {0, 0}, of_other = {-1.0 * contact.image_x, -1.0 * contact.image_y}, slope = {0, 0};
+  of_own[own_axis] += own.wrap[0] * own_share[0] + own.wrap[2] * own_share[2];
+  of_other[other_axis] -= at.walked + at.span.wrap[0] * other_share[0] + at.span.wrap[2] * other_share[2];
+  slope[other_axis] -= at.span.wrap[0] * other_slope[0] + at.span.wrap[2] * other_slope[2];
+  movers.add_lengths(unknowns, of_own, {0, 0}, false);
+  movers.add_lengths(unknowns, of_other, slope, true);
+  return movers;
+}
+
 /// How far the nodes of each span have gone since a list was built [m].
 std::vector<double> ways_since(const Cell& cell, const ContactList& list, const Eigen::VectorXd& q) {
+  const double growth = growth_since(cell, list, q);
   std::vector<double> node(cell.nodes()), span(cell.nodes());
   for (std::uint32_t i = 0; i < cell.nodes(); ++i)
-    node[i] = (q.segment<3>(3 * Eigen::Index{i}) - list.built_at.segment<3>(3 * Eigen::Index{i})).norm();
+    node[i] = growth + (q.segment<3>(3 * Eigen::Index{i}) - list.built_at.segment<3>(3 * Eigen::Index{i})).norm();
   for (std::uint32_t i = 0; i < cell.nodes(); ++i) span[i] = std::max({node[cell.before(i).node], node[i], node[cell.after(i).node]});
   return span;
 }
@@ -67,14 +117,14 @@ struct PartOfContacts {
 };
 
 /// Evaluates one contact at its points.
-void evaluate(const Cell& cell, const ContactList& list, const SpanContact& contact, const Eigen::VectorXd& q, const Derivatives& want,
-              PartOfContacts& part) {
+void evaluate(const Cell& cell, const Unknowns& unknowns, const ContactList& list, const SpanContact& contact, const Eigen::VectorXd& q,
+              const Derivatives& want, PartOfContacts& part) {
   const std::uint32_t f = cell.fiber_of[contact.span], g = cell.fiber_of[contact.other];
   const PairLaw& law = cell.pair_law(f, g);
   const int samples = samples_on(cell, contact.span, contact.other, list.sampling);
   const double weight = contact.share * cell.span_length(contact.span) / samples;
   const Span own(cell, q, contact.span);
-  const Vec3 shift = image_shift(cell, contact.image_x, contact.image_y);
+  const Vec3 shift = image_shift(cell, q, contact.image_x, contact.image_y);
   ContactState& state = part.state;
   for (int s = 0; s < samples; ++s) {
     const double u = (s + 0.5) / samples;
@@ -93,21 +143,25 @@ void evaluate(const Cell& cell, const ContactList& list, const SpanContact& cont
     }
     if (!want.gradient && !want.hessian) continue;
     const double force = weight * law.line_force(overlap);
-    const Vec3 own_share = span_weights(u), other_share = span_weights(at.share);
-    const std::array<std::uint32_t, parts> node = {own.node[0],     own.node[1],     own.node[2],
-                                                   at.span.node[0], at.span.node[1], at.span.node[2]};
-    const std::array<double, parts> c = {own_share[0], own_share[1], own_share[2], -other_share[0], -other_share[1], -other_share[2]};
+    const Movers movers = movers_of(cell, unknowns, contact, own, u, at);
     if (want.gradient) {
       const Vec3 push = -force / distance * at.separation;
-      for (std::size_t a = 0; a < parts; ++a) part.gradient.segment<3>(3 * Eigen::Index{node[a]}) += c[a] * push;
+      for (std::size_t a = 0; a < movers.count; ++a) {
+        const Mover& m = movers.of[a];
+        if (m.axis < 0) {
+          part.gradient.segment<3>(3 * Eigen::Index{m.node}) += m.c * push;
+        } else {
+          part.gradient[m.unknown] += m.c * push[m.axis];
+        }
+      }
     }
-    if (want.hessian) add_hessian(at, node, c, distance, force, weight * line_force_slope(law, overlap), want);
+    if (want.hessian) add_hessian(at, movers, unknowns, distance, force, weight * line_force_slope(law, overlap), want);
   }
 }
 
 /// Sharpest bend of an axis near a point, toward the point: curvature times `reach`. `node`, `shift`: closest span, and its image [m].
 double bend_toward(const Cell& cell, const Eigen::VectorXd& q, const Vec3& point, std::uint32_t node, const Vec3& shift, double reach) {
-  const Vec3 period = cell.period(cell.fiber_of[node]);
+  const Vec3 period = cell.period(cell.fiber_of[node], q);
   const Cell::ChainNode before = cell.before(node), after = cell.after(node);
   double bend = 0;
   for (const Cell::ChainNode n : {before, Cell::ChainNode{node, 0}, after}) {
@@ -143,7 +197,7 @@ void share_contacts(const Cell& cell, const Eigen::VectorXd& q, ContactList& lis
     const double reach = cell.pair_law(cell.fiber_of[contact.span], cell.fiber_of[contact.other]).reach;
     const Span own(cell, q, contact.span);
     const Vec3 middle = own.point(0.5);
-    const ChainPoint at = closest_on_chain(cell, q, middle, contact.other, image_shift(cell, contact.image_x, contact.image_y));
+    const ChainPoint at = closest_on_chain(cell, q, middle, contact.other, image_shift(cell, q, contact.image_x, contact.image_y));
     if (!at.found) continue;
     const double of_other = sharpness(bend_toward(cell, q, middle, at.span.node[1], at.shift, reach));
     const double of_own = sharpness(bend_toward(cell, q, at.span.point(at.share) + at.shift, contact.span, Vec3::Zero(), reach));
@@ -158,7 +212,7 @@ std::vector<double> contact_gaps(const Cell& cell, const ContactList& list, cons
   for (std::size_t i = 0; i < gap.size(); ++i) {
     const SpanContact& contact = list.contacts[i];
     const Span own(cell, q, contact.span);
-    const Vec3 shift = image_shift(cell, contact.image_x, contact.image_y);
+    const Vec3 shift = image_shift(cell, q, contact.image_x, contact.image_y);
     const int samples = samples_on(cell, contact.span, contact.other, list.sampling);
     const double reach = cell.pair_law(cell.fiber_of[contact.span], cell.fiber_of[contact.other]).reach;
     for (int s = 0; s < samples; ++s) {
@@ -171,6 +225,7 @@ std::vector<double> contact_gaps(const Cell& cell, const ContactList& list, cons
 
 double contact_energy(const Cell& cell, const ContactList& list, const Eigen::VectorXd& q, Derivatives want, ContactState* state) {
   if (list.contacts.empty()) return 0;
+  const Unknowns unknowns(cell);
   const std::vector<double> way = ways_since(cell, list, q);
   std::array<PartOfContacts, work_parts> part;
 #pragma omp parallel for schedule(dynamic, 1) if (want.hessian == nullptr)
@@ -186,7 +241,7 @@ double contact_energy(const Cell& cell, const ContactList& list, const Eigen::Ve
                                         static_cast<std::size_t>(samples_on(cell, contact.span, contact.other, list.sampling)), 0);
         continue;
       }
-      evaluate(cell, list, contact, q, want, part[p]);
+      evaluate(cell, unknowns, list, contact, q, want, part[p]);
     }
   }
   double energy = 0;
@@ -213,7 +268,32 @@ EnergyParts potential(const Cell& cell, const Unknowns& unknowns, const ContactL
   parts_of.bending = bending_energy(cell, q, want);
   parts_of.contact = contact_energy(cell, list, q, want, state);
   parts_of.platens = platen_energy(cell, unknowns, q, want);
+  parts_of.loads = load_energy(cell, unknowns, q, want);
   return parts_of;
+}
+
+double load_energy(const Cell& cell, const Unknowns& unknowns, const Eigen::VectorXd& q, Derivatives want) {
+  const std::array<double, 2> load = {cell.load_x.value_or(0), cell.load_y.value_or(0)};
+  double energy = 0;
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (unknowns.length[k] < 0) continue;
+    energy -= load[k] * q[unknowns.length[k]];
+    if (want.gradient) (*want.gradient)[unknowns.length[k]] -= load[k];
+  }
+  return energy;
+}
+
+Eigen::Vector2d borne_loads(const Cell& cell, const Eigen::VectorXd& q, const ContactSampling& sampling) {
+  Cell free = cell;
+  Eigen::VectorXd at = q;
+  settle_lengths(free, at);
+  free.load_x = free.load_y = 0;
+  const Unknowns before(cell), unknowns(free);
+  at.conservativeResize(unknowns.size);
+  at.tail<2>().setZero();
+  Eigen::VectorXd gradient;
+  potential(free, unknowns, find_contacts(free, at, 0, sampling), at, {&gradient, nullptr, false});
+  return gradient.tail<2>();
 }
 
 }  // namespace relax

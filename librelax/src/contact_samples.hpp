@@ -12,6 +12,9 @@ int samples_on(const Cell& cell, std::uint32_t span, std::uint32_t other, const 
 /// closest point near by [m].
 std::vector<double> contact_gaps(const Cell& cell, const ContactList& list, const Eigen::VectorXd& q);
 
+/// By how much the cell has grown since a list was built: so much an image is farther from a node than it was [m].
+double growth_since(const Cell& cell, const ContactList& list, const Eigen::VectorXd& q);
+
 /// Sets the shares of the contacts of a list for a state at `q`.
 void share_contacts(const Cell& cell, const Eigen::VectorXd& q, ContactList& list);
 

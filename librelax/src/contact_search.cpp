@@ -22,7 +22,8 @@ struct Grid {
   double low_z, size_x, size_y, size_z;
   std::vector<std::vector<std::uint32_t>> bin;
 
-  Grid(const Cell& cell, const std::vector<SpanBall>& balls, double reach_of) : reach(reach_of) {
+  Grid(const Cell& cell, const Eigen::VectorXd& q, const std::vector<SpanBall>& balls, double reach_of) : reach(reach_of) {
+    const double length_x = cell.length_x_at(q), length_y = cell.length_y_at(q);
     double high_z = -1e300;
     low_z = 1e300;
     for (const SpanBall& b : balls) {
@@ -30,11 +31,11 @@ struct Grid {
       high_z = std::max(high_z, b.center.z());
     }
     const auto count = [&](double extent) { return std::max(1, static_cast<int>(extent / reach)); };
-    nx = count(cell.length_x);
-    ny = count(cell.length_y);
+    nx = count(length_x);
+    ny = count(length_y);
     nz = count(high_z - low_z);
-    size_x = cell.length_x / nx;
-    size_y = cell.length_y / ny;
+    size_x = length_x / nx;
+    size_y = length_y / ny;
     size_z = std::max((high_z - low_z) / nz, reach);
     bin.resize(static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) * static_cast<std::size_t>(nz));
     for (std::uint32_t i = 0; i < balls.size(); ++i) {
@@ -69,12 +70,13 @@ struct Grid {
 std::vector<SpanBall> balls_of(const Cell& cell, const Eigen::VectorXd& q) {
   std::vector<SpanBall> balls;
   balls.reserve(cell.nodes());
+  const double length_x = cell.length_x_at(q), length_y = cell.length_y_at(q);
   for (std::uint32_t i = 0; i < cell.nodes(); ++i) {
     const Span span(cell, q, i);
     const Vec3 c = span.point(0.5);
-    const int wx = static_cast<int>(std::floor(c.x() / cell.length_x)), wy = static_cast<int>(std::floor(c.y() / cell.length_y));
+    const int wx = static_cast<int>(std::floor(c.x() / length_x)), wy = static_cast<int>(std::floor(c.y() / length_y));
     const double radius = std::max((span.start - c).norm(), (span.point(1) - c).norm());
-    balls.push_back({c - image_shift(cell, wx, wy), wx, wy, radius});
+    balls.push_back({c - image_shift(cell, q, wx, wy), wx, wy, radius});
   }
   return balls;
 }
@@ -94,7 +96,7 @@ void remove_repeats(const Cell& cell, const Eigen::VectorXd& q, std::uint32_t sp
   const Vec3 middle = axis_point(cell, q, span, 0.5);
   std::vector<Vec3> met;
   std::erase_if(candidates, [&](const Candidate& c) {
-    const ChainPoint at = closest_on_chain(cell, q, middle, c.contact.other, image_shift(cell, c.contact.image_x, c.contact.image_y));
+    const ChainPoint at = closest_on_chain(cell, q, middle, c.contact.other, image_shift(cell, q, c.contact.image_x, c.contact.image_y));
     if (!at.found) return false;
     const bool known = at.separation.norm() < same * radius ||
                        std::any_of(met.begin(), met.end(), [&](const Vec3& o) { return (o - at.separation).norm() < same * radius; });
@@ -106,7 +108,7 @@ void remove_repeats(const Cell& cell, const Eigen::VectorXd& q, std::uint32_t sp
 bool comes_within(const Cell& cell, const Eigen::VectorXd& q, const SpanContact& c, double distance) {
   const Span own(cell, q, c.span);
   for (const double u : {0.0, 0.25, 0.5, 0.75, 1.0}) {
-    const ChainPoint at = closest_on_chain(cell, q, own.point(u), c.other, image_shift(cell, c.image_x, c.image_y));
+    const ChainPoint at = closest_on_chain(cell, q, own.point(u), c.other, image_shift(cell, q, c.image_x, c.image_y));
     // Between two of these points the distance changes by an eighth of the span at most.
     if (at.found && at.separation.norm() < distance + 0.125 * own.slope.norm()) return true;
   }
@@ -114,13 +116,13 @@ bool comes_within(const Cell& cell, const Eigen::VectorXd& q, const SpanContact&
 }
 
 /// The nearest span of every chain that may come near span i.
-void find_nearest(const Cell& cell, const Grid& grid, const std::vector<SpanBall>& balls, std::uint32_t i, double skin,
+void find_nearest(const Cell& cell, const Eigen::VectorXd& q, const Grid& grid, const std::vector<SpanBall>& balls, std::uint32_t i, double skin,
                   std::vector<Candidate>& nearest) {
   const std::uint32_t f = cell.fiber_of[i];
   nearest.clear();
   grid.near(balls[i], [&](std::uint32_t j, int wrap_x, int wrap_y) {
     const std::uint32_t g = cell.fiber_of[j];
-    const Vec3 apart = balls[i].center - balls[j].center - image_shift(cell, wrap_x, wrap_y);
+    const Vec3 apart = balls[i].center - balls[j].center - image_shift(cell, q, wrap_x, wrap_y);
     const double distance2 = apart.squaredNorm(), limit = balls[i].radius + balls[j].radius + cell.pair_law(f, g).reach + skin;
     if (distance2 > limit * limit) return;
     Candidate c{g, 0, distance2, {i, j, balls[i].wrap_x - balls[j].wrap_x + wrap_x, balls[i].wrap_y - balls[j].wrap_y + wrap_y, 0.5}};
@@ -142,10 +144,16 @@ void find_nearest(const Cell& cell, const Grid& grid, const std::vector<SpanBall
 
 bool ContactList::late(const Cell& cell, const Eigen::VectorXd& q) const {
   const auto n = static_cast<Eigen::Index>(cell.nodes());
+  const double left = 0.5 * skin - growth_since(cell, *this, q);
+  if (left < 0) return true;
   for (Eigen::Index i = 0; i < n; ++i) {
-    if ((q.segment<3>(3 * i) - built_at.segment<3>(3 * i)).squaredNorm() > 0.25 * skin * skin) return true;
+    if ((q.segment<3>(3 * i) - built_at.segment<3>(3 * i)).squaredNorm() > left * left) return true;
   }
   return false;
+}
+
+double growth_since(const Cell& cell, const ContactList& list, const Eigen::VectorXd& q) {
+  return std::abs(cell.length_x_at(q) - cell.length_x_at(list.built_at)) + std::abs(cell.length_y_at(q) - cell.length_y_at(list.built_at));
 }
 
 ContactList find_contacts(const Cell& cell, const Eigen::VectorXd& q, double skin, const ContactSampling& sampling) {
@@ -154,13 +162,13 @@ ContactList find_contacts(const Cell& cell, const Eigen::VectorXd& q, double ski
   double largest = 0, reach_max = 0;
   for (const SpanBall& b : balls) largest = std::max(largest, b.radius);
   for (const PairLaw& law : cell.pair_laws) reach_max = std::max(reach_max, law.reach);
-  const Grid grid(cell, balls, 2 * largest + reach_max + skin);
+  const Grid grid(cell, q, balls, 2 * largest + reach_max + skin);
   std::vector<std::vector<SpanContact>> of_fiber(cell.fibers());
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::uint32_t f = 0; f < cell.fibers(); ++f) {
     std::vector<Candidate> nearest;
     for (std::uint32_t i = cell.first[f]; i < cell.first[f + 1]; ++i) {
-      find_nearest(cell, grid, balls, i, skin, nearest);
+      find_nearest(cell, q, grid, balls, i, skin, nearest);
       remove_repeats(cell, q, i, cell.type_of(f).radius, nearest);
       for (const Candidate& c : nearest) {
         if (comes_within(cell, q, c.contact, cell.pair_law(f, c.fiber).reach + skin)) of_fiber[f].push_back(c.contact);
@@ -187,7 +195,10 @@ SparseHessian hessian_for(const Cell& cell, const ContactList& list, const Eigen
     const std::array<std::uint32_t, 3> own = {cell.before(i).node, i, cell.after(i).node};
     couple_span(own, i);
     const Eigen::Index drawn = unknowns.drawn[cell.fiber_of[i]];
-    if (drawn >= 0) border_nodes[static_cast<std::size_t>(drawn - 3 * unknowns.nodes)].push_back(i);
+    if (drawn >= 0) border_nodes[static_cast<std::size_t>(unknowns.border(drawn))].push_back(i);
+    for (const Eigen::Index length : unknowns.length) {
+      if (length >= 0) border_nodes[static_cast<std::size_t>(unknowns.border(length))].push_back(i);
+    }
     if (unknowns.platens < 0) continue;
     const Span span(cell, q, i);
     const double radius = cell.type_of(cell.fiber_of[i]).radius;
@@ -196,7 +207,7 @@ SparseHessian hessian_for(const Cell& cell, const ContactList& list, const Eigen
       const double up = side == 0 ? -1 : 1;
       const double highest = std::max({up * span.point(0).z(), up * span.point(0.5).z(), up * span.point(1).z()});
       if (highest - up * q[platen] + radius < -list.skin) continue;
-      for (const std::uint32_t node : own) border_nodes[static_cast<std::size_t>(platen - 3 * unknowns.nodes)].push_back(node);
+      for (const std::uint32_t node : own) border_nodes[static_cast<std::size_t>(unknowns.border(platen))].push_back(node);
     }
   }
   std::vector<std::uint32_t> touched;  // spans that one contact couples its own with
@@ -207,7 +218,7 @@ SparseHessian hessian_for(const Cell& cell, const ContactList& list, const Eigen
   };
   for (const SpanContact& c : list.contacts) {
     const Span own(cell, q, c.span);
-    const Vec3 shift = image_shift(cell, c.image_x, c.image_y);
+    const Vec3 shift = image_shift(cell, q, c.image_x, c.image_y);
     touched.clear();
     for (const double u : {0.0, 0.25, 0.5, 0.75, 1.0}) {
       const ChainPoint at = closest_on_chain(cell, q, own.point(u), c.other, shift);
@@ -224,7 +235,9 @@ SparseHessian hessian_for(const Cell& cell, const ContactList& list, const Eigen
       if (at.found) couple_once(own.node, at.span.node[1]);
     }
   }
-  return {unknowns.nodes, std::move(pairs), std::move(border_nodes)};
+  // A length meets every other unknown that is no node's: rest lengths in the bars across a face, platens in the area under pressure.
+  const Eigen::Index lengths = (unknowns.length[0] >= 0) + (unknowns.length[1] >= 0);
+  return {unknowns.nodes, std::move(pairs), std::move(border_nodes), lengths};
 }
 
 }  // namespace relax

@@ -73,13 +73,6 @@ class Metric {
   Cholesky factor_;
 };
 
-double way_max(const Unknowns& unknowns, const Eigen::VectorXd& step) {
-  double way2 = 0;
-  for (Eigen::Index i = 0; i < unknowns.nodes; ++i) way2 = std::max(way2, step.segment<3>(3 * i).squaredNorm());
-  if (unknowns.platens >= 0) way2 = std::max(way2, step.segment<2>(unknowns.platens).cwiseAbs2().maxCoeff());
-  return std::sqrt(way2);
-}
-
 }  // namespace
 
 FirstOrderEnd calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins, const MinimizeOptions& options, double tolerance,
@@ -153,7 +146,7 @@ FirstOrderEnd calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins,
     }
     v += state.time_step * pull;
     Eigen::VectorXd step = state.time_step * v;
-    const double way = way_max(unknowns, step), limit = way_limit * d_min;
+    const double way = unknowns.way(step), limit = way_limit * d_min;
     if (way > limit) {
       step *= limit / way;
       v *= limit / way;

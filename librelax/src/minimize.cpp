@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <random>
 #include <stdexcept>
@@ -40,6 +42,7 @@ constexpr double shift_first = 1e-4;                     ///< [reference tension
 constexpr double shift_least = 1e-6, shift_largest = 1;  ///< of the true Hessian [reference tension / diameter]
 constexpr int far_steps = 3;                    ///< of Newton's method as long as the list allows, one after the other: far from a minimum
 constexpr int far_steps_after_stagnation = 40;  ///< and where the cheap steps have not come down
+constexpr double release_below = 1;  ///< gradient, over the reference tension, from which on free lengths of the cell move
 constexpr int inverse_iterations = 12, inverse_iterations_most = 300;  ///< for the direction of negative curvature, as many until it is one
 
 struct Scale {
@@ -59,6 +62,9 @@ std::string name_of(const Cell& cell, const Unknowns& unknowns, Eigen::Index u) 
     return std::string(1, "xyz"[u % 3]) + " of node " + std::to_string(node - cell.first[f]) + " of fiber " +
            std::to_string(cell.place[f]) + " of yarn " + std::to_string(cell.yarn[f]);
   }
+  for (const std::size_t k : {0, 1}) {
+    if (u == unknowns.length[k]) return std::string("length of the cell along ") + "xy"[k];
+  }
   const auto f = std::find(unknowns.drawn.begin(), unknowns.drawn.end(), u);
   if (f == unknowns.drawn.end()) return u == unknowns.platens ? "the lower platen" : "the upper platen";
   const auto number = static_cast<std::size_t>(f - unknowns.drawn.begin());
@@ -69,6 +75,8 @@ class Minimization {
  public:
   Minimization(const Cell& cell, MinimizeState state, const MinimizeOptions& options)
       : cell_(cell), options_(options), unknowns_(cell), scale_(cell), pins_(pinned_unknowns(cell)), at_(std::move(state)) {
+    still_ = pins_;
+    std::copy_if(unknowns_.length.begin(), unknowns_.length.end(), std::back_inserter(still_), [](Eigen::Index u) { return u >= 0; });
     const bool newton = at_.newton, first_order = !newton && at_.first_order.step > 0;
     for (const auto& [wanted, vector] : {std::pair{true, &at_.q},
                                          {newton, &at_.list_at},
@@ -91,7 +99,7 @@ class Minimization {
     const auto pause = [&] { return pause_wanted(); };
     for (bool again = true; again;) {
       if (!at_.newton) {
-        const FirstOrderEnd end = calm_down(cell_, pins_, options_, at_.tolerance, at_.steps_left, pause, at_.first_order, result_);
+        const FirstOrderEnd end = calm_down(cell_, still_, options_, at_.tolerance, at_.steps_left, pause, at_.first_order, result_);
         if (end == FirstOrderEnd::paused) return leave_off();
         at_.steps_left -= at_.first_order.step;
         at_.first_order = {};
@@ -108,7 +116,8 @@ class Minimization {
         if (step()) break;
         at_.far = at_.went_far ? at_.far + 1 : 0;
         // The fibers slide away from a saddle: that way is long, and goes faster in many cheap steps than in a few dear ones.
-        again = at_.far == (at_.stagnated ? far_steps_after_stagnation : far_steps) && at_.steps_left > 0;
+        const bool patient = at_.stagnated || (at_.lengths_free && still_.size() > pins_.size());
+        again = at_.far == (patient ? far_steps_after_stagnation : far_steps) && at_.steps_left > 0;
         if (again) break;
       }
       at_.newton = false;
@@ -120,6 +129,7 @@ class Minimization {
 
   /// Gradient, Hessian and Newton step of the present state, which is kept.
   void certify_state() {
+    at_.lengths_free = true;
     if (!hessian_ || !shares_settled()) find_contacts_anew();
     evaluate(false);
     Certificate& c = result_.certificate;
@@ -156,6 +166,7 @@ class Minimization {
   [[nodiscard]] const Certificate& certificate() const { return result_.certificate; }
 
  private:
+  [[nodiscard]] const std::vector<Eigen::Index>& held() const { return at_.lengths_free ? pins_ : still_; }
   [[nodiscard]] double wall() const { return at_.wall + seconds_since(start_); }
 
   [[nodiscard]] MinimizeState state() const {
@@ -223,7 +234,7 @@ class Minimization {
   }
 
   void release_pins_from(Eigen::VectorXd& gradient) const {
-    for (const Eigen::Index pin : pins_) gradient[pin] = 0;
+    for (const Eigen::Index pin : held()) gradient[pin] = 0;
   }
 
   /// Energy, gradient and Hessian at the present state.
@@ -241,7 +252,7 @@ class Minimization {
     convex_ = convex;
     force_of_pins_ = gradient_;
     release_pins_from(gradient_);
-    hessian_->pin(pins_, result_.reference_tension / scale_.diameter_min);
+    hessian_->pin(held(), result_.reference_tension / scale_.diameter_min);
   }
 
   bool factorize(double shift) {
@@ -286,13 +297,6 @@ class Minimization {
     if (options_.on_progress) options_.on_progress(p);
   }
 
-  [[nodiscard]] double way_max(const Eigen::VectorXd& step) const {
-    double way2 = 0;
-    for (Eigen::Index i = 0; i < unknowns_.nodes; ++i) way2 = std::max(way2, step.segment<3>(3 * i).squaredNorm());
-    if (unknowns_.platens >= 0) way2 = std::max(way2, step.segment<2>(unknowns_.platens).cwiseAbs2().maxCoeff());
-    return std::sqrt(way2);
-  }
-
   /// Factorizes so that the step goes downhill: the true Hessian, if need be with a shift, where the last step stayed near; else without
   /// its indefinite terms, and shifted.
   void factorize_for_descent() {
@@ -325,6 +329,14 @@ class Minimization {
   /// One Newton step. True if there is nothing more to do.
   bool step() {
     const double gradient_before = gradient_max(gradient_);
+    if (!at_.lengths_free && gradient_before <= release_below) {
+      at_.lengths_free = true;
+      if (still_.size() > pins_.size()) {
+        evaluate(false);
+        note(0, 0, false);
+        return false;
+      }
+    }
     if (gradient_before <= options_.gradient_tolerance) {
       if (!shares_settled()) {
         find_contacts_anew();
@@ -346,14 +358,15 @@ class Minimization {
   /// Goes along a direction as far as it lowers the energy, or, where energies are lost in round-off, as far as the gradient says so or
   /// becomes less. False: nowhere.
   bool descend(Eigen::VectorXd& direction) {
-    const double limit = 0.5 * list_.skin, way = way_max(direction);
+    const double limit = 0.5 * list_.skin, way = unknowns_.way(direction);
     at_.went_far = way > limit;
     if (at_.went_far) direction *= limit / way;
     const Eigen::VectorXd before = result_.q;
     if (list_.late(cell_, before + direction)) find_contacts_anew();
     const double slope = gradient_.dot(direction), energy_before = result_.energy.sum();
     const double gradient_before = gradient_max(gradient_);
-    const double size = result_.energy.bars + result_.energy.contact + std::abs(result_.energy.tension) + std::abs(result_.energy.platens);
+    const double size = result_.energy.bars + result_.energy.contact + std::abs(result_.energy.tension) + std::abs(result_.energy.platens) +
+                        std::abs(result_.energy.loads);
     double share = 1;
     Eigen::VectorXd gradient;
     for (int i = 0; i < halvings; ++i, share *= 0.5) {
@@ -377,7 +390,7 @@ class Minimization {
         at_.shift = std::max(4 * at_.shift, shift_first * result_.reference_tension / scale_.diameter_min);
       }
       evaluate(false);
-      note(share * way_max(direction), shift, convex);
+      note(share * unknowns_.way(direction), shift, convex);
       return true;
     }
     if (convex_ && at_.shift > 1e6 * shift_first * result_.reference_tension / scale_.diameter_min) return false;
@@ -399,7 +412,7 @@ class Minimization {
     std::normal_distribution<double> normal;
     Eigen::VectorXd v(unknowns_.size);
     for (double& component : v) component = normal(random);
-    for (const Eigen::Index pin : pins_) v[pin] = 0;
+    for (const Eigen::Index pin : held()) v[pin] = 0;
     double curvature = 0;
     for (int i = 0; i < inverse_iterations || (curvature >= 0 && i < inverse_iterations_most); ++i) {
       v = cholesky_->solve(v).normalized();
@@ -407,7 +420,7 @@ class Minimization {
     }
     if (curvature >= 0) return false;
     if (gradient_.dot(v) > 0) v = -v;
-    v *= 0.05 * scale_.diameter_min / way_max(v);
+    v *= 0.05 * scale_.diameter_min / unknowns_.way(v);
     return descend(v);
   }
 
@@ -416,6 +429,7 @@ class Minimization {
   Unknowns unknowns_;
   Scale scale_;
   std::vector<Eigen::Index> pins_;
+  std::vector<Eigen::Index> still_;  ///< the pins and the cell's lengths
   ContactList list_;
   std::optional<SparseHessian> hessian_;
   std::unique_ptr<Cholesky> cholesky_;
@@ -441,7 +455,10 @@ MinimizeState start_at(const Cell& cell, const Eigen::VectorXd& q, const Minimiz
 }  // namespace
 
 double reference_tension(const Cell& cell, const Eigen::VectorXd& q) {
-  const double prescribed = cell.tension.empty() ? 0 : *std::max_element(cell.tension.begin(), cell.tension.end());
+  double prescribed = cell.tension.empty() ? 0 : *std::max_element(cell.tension.begin(), cell.tension.end());
+  const double wefts = std::accumulate(cell.weft.begin(), cell.weft.end(), 0.0), warps = static_cast<double>(cell.fibers()) - wefts;
+  if (cell.load_x && warps > 0) prescribed = std::max(prescribed, *cell.load_x / warps);
+  if (cell.load_y && wefts > 0) prescribed = std::max(prescribed, *cell.load_y / wefts);
   if (prescribed > 0) return prescribed;
   double sum = 0, axial = 0;
   int pulled = 0;

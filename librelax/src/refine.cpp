@@ -128,7 +128,7 @@ CellFiber beside(const Cell& cell, const Eigen::VectorXd& q, std::uint32_t f, co
     const Vec3 n = (across - across.dot(t) * t).normalized(), b = t.cross(n);
     fiber.x.push_back(span.point(at - number) + place.x() * n + place.y() * b);
   }
-  const Vec3 period = cell.period(f);
+  const Vec3 period = cell.period(f, q);
   for (int k = 0; k < count; ++k) {
     const Vec3 after = k + 1 < count ? fiber.x[static_cast<std::size_t>(k) + 1] : Vec3(fiber.x.front() + period);
     const auto bar = static_cast<std::size_t>(cell.first[f]) + static_cast<std::size_t>(static_cast<double>(k) / count * spans);
@@ -143,8 +143,10 @@ std::pair<Cell, std::vector<Vec3>> refine(const Cell& coarse, const Eigen::Vecto
   const Unknowns unknowns(coarse);
   if (q.size() != unknowns.size) throw std::invalid_argument("refine: the state has the wrong size");
   Cell cell;
-  cell.length_x = coarse.length_x;
-  cell.length_y = coarse.length_y;
+  cell.length_x = coarse.length_x_at(q);
+  cell.length_y = coarse.length_y_at(q);
+  cell.load_x = coarse.load_x;
+  cell.load_y = coarse.load_y;
   cell.pressure = coarse.pressure;
   cell.slack_strain = coarse.slack_strain;
   // Stretch of each bar of the coarse fibers, which the finer ones take over; slack ones are taut in them.

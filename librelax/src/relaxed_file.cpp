@@ -28,7 +28,7 @@ auto counters_of(auto& s) {
 
 /// And to its flags.
 auto flags_of(auto& s) {
-  return std::array{&s.newton, &s.stagnated, &s.went_far};
+  return std::array{&s.newton, &s.stagnated, &s.went_far, &s.lengths_free};
 }
 
 /// Calls f with the name and the vector of each of its vectors.

@@ -18,7 +18,7 @@ struct AxisPoint {
 class Walk {
  public:
   Walk(const Cell& cell, const Eigen::VectorXd& q, const std::vector<double>& tension, std::size_t f)
-      : cell_(cell), q_(q), tension_(tension), node_(cell.first[f]), period_(cell.period(f)) {}
+      : cell_(cell), q_(q), tension_(tension), node_(cell.first[f]), period_(cell.period(f, q)) {}
   [[nodiscard]] AxisPoint here() const {
     const Vec3 x = axis_point(cell_, q_, node_, at_joint_ ? 1 : 0.5) + wrap_ * period_;
     if (at_joint_) return {x, tension_[node_], arc_ + 0.5 * cell_.rest_length[node_]};
@@ -65,8 +65,9 @@ AxisPoint at_x(const AxisPoint& a, const AxisPoint& b, double value) {
 weave::Snapshot snapshot_of(const Cell& cell, const Eigen::VectorXd& q) {
   const std::vector<double> tension = bar_tensions(cell, Unknowns(cell), q);
   weave::Snapshot s;
-  s.cell_width = cell.length_y;
-  s.cell_length = s.x_max = cell.length_x;
+  const double length_x = cell.length_x_at(q);
+  s.cell_width = cell.length_y_at(q);
+  s.cell_length = s.x_max = length_x;
   s.along_axis = true;
   s.offset.push_back(0);
   for (std::size_t f = 0; f < cell.fibers(); ++f) {
@@ -82,12 +83,12 @@ weave::Snapshot snapshot_of(const Cell& cell, const Eigen::VectorXd& q) {
     } else {
       while (walk.here().x.x() >= 0) walk.back();
       AxisPoint before = walk.here();
-      for (walk.forward(); before.x.x() < cell.length_x; walk.forward()) {
+      for (walk.forward(); before.x.x() < length_x; walk.forward()) {
         const AxisPoint now = walk.here();
-        for (const double face : {0.0, cell.length_x}) {
+        for (const double face : {0.0, length_x}) {
           if (before.x.x() < face && now.x.x() >= face) points.push_back(at_x(before, now, face));
         }
-        if (now.x.x() > 0 && now.x.x() < cell.length_x) points.push_back(now);
+        if (now.x.x() > 0 && now.x.x() < length_x) points.push_back(now);
         before = now;
       }
     }
@@ -106,7 +107,7 @@ namespace {
 
 /// Mean over a yarn's fibers of where they pass a coordinate (axis 0 or 1, modulo the cell).
 Vec3 yarn_at(const Cell& cell, const Eigen::VectorXd& q, const std::vector<std::size_t>& fibers, int axis, double value) {
-  const double period = axis == 0 ? cell.length_x : cell.length_y;
+  const double period = axis == 0 ? cell.length_x_at(q) : cell.length_y_at(q);
   Vec3 sum = Vec3::Zero();
   for (const std::size_t f : fibers) {
     double nearest = 1e300;

@@ -5,7 +5,7 @@
 namespace relax {
 
 SparseHessian::SparseHessian(Eigen::Index nodes, std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs,
-                             std::vector<std::vector<std::uint32_t>> border_nodes)
+                             std::vector<std::vector<std::uint32_t>> border_nodes, Eigen::Index full_borders)
     : nodes_(nodes) {
   for (auto& [a, b] : pairs) {
     if (a < b) std::swap(a, b);  // column, row
@@ -41,6 +41,8 @@ SparseHessian::SparseHessian(Eigen::Index nodes, std::vector<std::pair<std::uint
       for (int r = 0; r < 3; ++r) row_.push_back(3 * std::int64_t{node} + r);
     }
     border_start_.push_back(static_cast<std::int64_t>(border_node_.size()));
+    const bool full = e + static_cast<std::size_t>(full_borders) >= border_nodes.size();
+    for (std::size_t before = 0; full && before < e; ++before) row_.push_back(static_cast<std::int64_t>(3 * n + before));
     row_.push_back(static_cast<std::int64_t>(3 * n + e));
     column_.push_back(static_cast<std::int64_t>(row_.size()));
   }
@@ -92,6 +94,12 @@ void SparseHessian::add_border(Eigen::Index border, std::uint32_t node, const Ve
 
 void SparseHessian::add_corner(Eigen::Index border, double value) {
   value_[static_cast<std::size_t>(column_[static_cast<std::size_t>(3 * nodes_ + border) + 1] - 1)] += value;
+}
+
+void SparseHessian::add_corner(Eigen::Index border_a, Eigen::Index border_b, double value) {
+  const Eigen::Index later = std::max(border_a, border_b), earlier = std::min(border_a, border_b);
+  const std::int64_t end = column_[static_cast<std::size_t>(3 * nodes_ + later) + 1];
+  value_[static_cast<std::size_t>(end - 1 - (later - earlier))] += value;
 }
 
 void SparseHessian::pin(const std::vector<Eigen::Index>& unknowns, double diagonal) {

@@ -17,16 +17,18 @@ inline Vec3 span_slopes(double u) {
 /// One span of a fiber's axis: y(u) = start + u slope + u^2/2 curve, u = 0...1, from its nodes x0, x1, x2.
 struct Span {
   std::array<std::uint32_t, 3> node;
+  std::array<int, 3> wrap;  ///< periods by which each node is moved
   Vec3 start, slope, curve;
 
   Span(const Cell& cell, const Eigen::VectorXd& q, std::uint32_t middle) {
     const Cell::ChainNode b = cell.before(middle), a = cell.after(middle);
     node = {b.node, middle, a.node};
+    wrap = {b.wrap, 0, a.wrap};
     const Vec3 x1 = q.segment<3>(3 * static_cast<Eigen::Index>(middle));
     Vec3 x0 = q.segment<3>(3 * static_cast<Eigen::Index>(b.node)), x2 = q.segment<3>(3 * static_cast<Eigen::Index>(a.node));
     const std::uint32_t f = cell.fiber_of[middle];
-    if (b.wrap != 0) x0 -= cell.period(f);
-    if (a.wrap != 0) x2 += cell.period(f);
+    if (b.wrap != 0) x0 -= cell.period(f, q);
+    if (a.wrap != 0) x2 += cell.period(f, q);
     start = 0.5 * (x0 + x1);
     slope = x1 - x0;
     curve = x2 - 2 * x1 + x0;

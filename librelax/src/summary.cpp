@@ -9,7 +9,7 @@ namespace relax {
 
 std::vector<std::pair<std::string, double>> named(const EnergyParts& e) {
   return {{"bars", e.bars},       {"bending", e.bending}, {"contact", e.contact},
-          {"tension", e.tension}, {"platens", e.platens}, {"sum", e.sum()}};
+          {"tension", e.tension}, {"platens", e.platens}, {"loads", e.loads}, {"sum", e.sum()}};
 }
 
 std::string summary_json(const Cell& cell, const MinimizeResult& r, const weave::CellMeasures& m, const ReportContext& context) {
@@ -50,6 +50,12 @@ std::string summary_json(const Cell& cell, const MinimizeResult& r, const weave:
   for (const auto& [name, value] : weave::named(m)) j[name] = value;
   j["cell_length_m"] = cell.length_x;
   j["cell_width_m"] = cell.length_y;
+  const auto load = [](const std::optional<double>& given) { return given ? ordered_json(*given) : ordered_json(); };
+  j["load_x_N"] = load(cell.load_x);
+  j["load_y_N"] = load(cell.load_y);
+  const Eigen::Vector2d borne = borne_loads(cell, r.q);
+  j["borne_load_x_N"] = borne.x();
+  j["borne_load_y_N"] = borne.y();
   j["pressure_Pa"] = cell.pressure;
   j["overlap_max"] = r.contacts.overlap_max;
   j["contact_points_touching"] = r.contacts.touching;

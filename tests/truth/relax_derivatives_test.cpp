@@ -50,17 +50,19 @@ struct Shaken {
   relax::ContactList list;
   Unknowns unknowns;
 
-  explicit Shaken(int fibers, std::uint64_t seed) : posed(make(fibers)), q(posed.unknowns()), unknowns(posed.cell) {
+  explicit Shaken(int fibers, std::uint64_t seed, bool free_lengths = false)
+      : posed(make(fibers, free_lengths)), q(posed.unknowns()), unknowns(posed.cell) {
     shake(q, 0.03 * d, seed);
     if (unknowns.platens >= 0) q[unknowns.platens] += 0.15 * d;
     list = relax::find_contacts(posed.cell, q, 0.3 * d);
   }
-  static PosedCell make(int fibers) {
+  static PosedCell make(int fibers, bool free_lengths) {
     PosedCell p = plain_weave_cell({.fibers = fibers, .pitch = fibers == 1 ? 4e-4 : 7e-4}, 0.5, 1.4);
     for (std::size_t f = 0; f < p.cell.fibers(); ++f) {
       if (p.cell.weft[f]) p.cell.tension[f] = 0;
     }
     p.cell.pressure = 1e4;
+    if (free_lengths) p.cell.load_x = p.cell.load_y = 0.3;
     p.cell.slack_strain = 0.2;  // so that most bars are within it
     p.cell.types[0].bending_stiffness = 1e-9;
     for (weave::Vec3& x : p.x) x.z() *= 0.9;
@@ -117,6 +119,34 @@ TEST(relax_derivatives, contact_within_and_between_yarns) {
                 s.hessian(), h);
   EXPECT_LT(e.gradient, 1e-7);
   EXPECT_LT(e.hessian, 1e-3);
+}
+
+TEST(relax_derivatives, of_the_cells_lengths) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const Shaken s(seed % 2 == 0 ? 3 : 1, seed, true);
+    // The corner of the unit cell within the yarns: warps and wefts touch one another's images across every face.
+    const auto check = [&](const char* name, double tolerance, const Term& term) {
+      SCOPED_TRACE(name);
+      const Errors e = errors_of(term, s.q, s.hessian(), h);
+      EXPECT_LT(e.gradient, 1e-7);
+      EXPECT_LT(e.hessian, tolerance);
+      Eigen::VectorXd gradient = Eigen::VectorXd::Zero(s.q.size());
+      term(s.q, {&gradient, nullptr, false});
+      for (const Eigen::Index length : s.unknowns.length) EXPECT_NE(gradient[length], 0);
+    };
+    const Cell& cell = s.posed.cell;
+    check("bars", 1e-6, [&](const Eigen::VectorXd& q, Derivatives want) {
+      double work = 0;
+      const double bars = relax::bar_energy(cell, s.unknowns, q, want, &work);
+      return bars + work;
+    });
+    check("bending", 1e-8, [&](const Eigen::VectorXd& q, Derivatives want) { return relax::bending_energy(cell, q, want); });
+    check("contact", 1e-3, [&](const Eigen::VectorXd& q, Derivatives want) { return relax::contact_energy(cell, s.list, q, want); });
+    check("platens", 1e-4, [&](const Eigen::VectorXd& q, Derivatives want) { return relax::platen_energy(cell, s.unknowns, q, want); });
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(s.q.size());
+    const double energy = relax::load_energy(cell, s.unknowns, s.q, {&gradient, nullptr, false});
+    EXPECT_NEAR(energy / gradient.dot(s.q), 1, 1e-12);  // it is linear
+  }
 }
 
 TEST(relax_potential, does_not_change_when_the_cell_is_shifted) {

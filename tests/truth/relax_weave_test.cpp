@@ -61,7 +61,7 @@ Yarn measured(const relax::Cell& cell, const Eigen::VectorXd& q, bool weft) {
         before = here;
       }
     }
-    mean.crimp += length / cell.period(f).norm() - 1;
+    mean.crimp += length / cell.period(f, q).norm() - 1;
     mean.height += top - bottom;
     ++count;
   }
@@ -109,6 +109,112 @@ TEST(relax_weave, cell_is_as_large_under_load_as_peirces_plain_weave) {
     const double load = 4 * (warp_tension * (std::cos(expected.warp.angle) - 1) + weft_tension * (std::cos(expected.weft.angle) - 1));
     EXPECT_NEAR((energy[1] - energy[0]) / (2 * step * pitch) / load, 1, 0.01);
   }
+}
+
+TEST(relax_weave, cell_bears_the_loads_of_peirces_plain_weave) {
+  // By prescribed tensions, two yarns a family; compared is what the crimp takes off.
+  const double pitch = 8 * d, warp_tension = 1e-4;
+  for (const double weft_tension : {1e-4, 5e-5}) {
+    SCOPED_TRACE(weft_tension);
+    const Weave expected = peirce(pitch, warp_tension, weft_tension);
+    const auto [cell, x] = relax::cell_from_topology(plain_weave({.fibers = 1, .pitch = pitch}), {warp_tension, weft_tension, 0.2001});
+    const relax::MinimizeResult r = relax::minimize(cell, relax::unknowns_at(cell, x));
+    ASSERT_TRUE(r.certificate.converged) << r.certificate.blocked_by;
+    const Eigen::Vector2d borne = relax::borne_loads(cell, r.q);
+    EXPECT_NEAR((borne.x() / (2 * warp_tension) - 1) / (std::cos(expected.warp.angle) - 1), 1, 0.01);
+    EXPECT_NEAR((borne.y() / (2 * weft_tension) - 1) / (std::cos(expected.weft.angle) - 1), 1, 0.01);
+  }
+}
+
+/// A minimum by prescribed tensions, as one of yarns of given lengths: those that they have then, slack.
+void keep_rest_lengths(relax::Cell& cell, Eigen::VectorXd& q) {
+  const relax::Unknowns unknowns(cell);
+  for (std::size_t f = 0; f < cell.fibers(); ++f) {
+    double length = 0;
+    for (std::uint32_t i = cell.first[f]; i < cell.first[f + 1]; ++i) length += cell.rest_length[i];
+    for (std::uint32_t i = cell.first[f]; i < cell.first[f + 1]; ++i) cell.rest_length[i] *= 1 + q[unknowns.drawn[f]] / length;
+    cell.tension[f] = 0;
+  }
+  q.conservativeResize(3 * unknowns.nodes);
+}
+
+/// Frees the lengths of a cell under loads, and shrinks it with its nodes by given parts of them.
+void free_and_shrink(relax::Cell& cell, Eigen::VectorXd& q, const Eigen::Vector2d& loads, const Eigen::Vector2d& parts) {
+  for (Eigen::Index i = 0; i < q.size() / 3; ++i) {
+    for (const Eigen::Index axis : {0, 1}) q[3 * i + axis] *= 1 - parts[axis];
+  }
+  q.conservativeResize(q.size() + 2);
+  q.tail<2>() = -parts.cwiseProduct(Eigen::Vector2d(cell.length_x, cell.length_y));
+  cell.load_x = loads.x();
+  cell.load_y = loads.y();
+}
+
+TEST(relax_weave, free_lengths_become_those_of_peirces_plain_weave) {
+  // By yarns of given lengths, which the loads pull to these tensions. (By prescribed tensions both lengths can not be free: loads and
+  // tensions tell the angles of the yarns, but nothing the size of the cell.) A yarn's axis bends around another with the radius at which
+  // closest points cease to be unique, so that the last digits of the minimum are not found.
+  const double pitch = 8 * d, warp_tension = 1e-4;
+  for (const double weft_tension : {1e-4, 5e-5}) {
+    SCOPED_TRACE(weft_tension);
+    const Weave expected = peirce(pitch, warp_tension, weft_tension);
+    auto [cell, x] = relax::cell_from_topology(plain_weave({.fibers = 1, .pitch = pitch}), {warp_tension, weft_tension, 0.2001});
+    cell.types[0].youngs_modulus *= 0.01;  // else the tension of a bar is lost in the round-off of its length
+    relax::MinimizeResult r = relax::minimize(cell, relax::unknowns_at(cell, x));
+    ASSERT_TRUE(r.certificate.converged) << r.certificate.blocked_by;
+    keep_rest_lengths(cell, r.q);
+    const Eigen::Vector2d loads(warp_tension * std::cos(expected.warp.angle), weft_tension * std::cos(expected.weft.angle));
+    free_and_shrink(cell, r.q, 2 * loads, {0.01, 0.005});
+    r = relax::minimize(cell, r.q);
+    EXPECT_LT(r.certificate.gradient_max, 0.05);
+    EXPECT_NEAR(cell.length_x_at(r.q) / (2 * pitch), 1, 2e-4);
+    EXPECT_NEAR(cell.length_y_at(r.q) / (2 * pitch), 1, 2e-4);
+  }
+}
+
+TEST(relax_weave, free_lengths_are_those_that_bear_the_loads) {
+  PosedCell p = plain_weave_cell({.fibers = 3, .pitch = 7e-4}, 0.5, 1.4);
+  relax::Cell& cell = p.cell;
+  cell.types[0].bending_stiffness = 1e-10;
+  relax::MinimizeResult r = relax::minimize(cell, p.unknowns());
+  ASSERT_TRUE(r.certificate.converged) << r.certificate.blocked_by;
+  const double length_x = cell.length_x, length_y = cell.length_y;
+  const Eigen::Vector2d borne = relax::borne_loads(cell, r.q);
+  keep_rest_lengths(cell, r.q);
+  // Under the loads that it bears a smaller cell becomes what it was, but for a fiber that settles elsewhere in its yarn.
+  free_and_shrink(cell, r.q, borne, {0.02, 0.01});
+  r = relax::minimize(cell, r.q);
+  ASSERT_TRUE(r.certificate.converged) << r.certificate.blocked_by;
+  EXPECT_NEAR(cell.length_x_at(r.q) / length_x, 1, 5e-4);
+  EXPECT_NEAR(cell.length_y_at(r.q) / length_y, 1, 5e-4);
+  // Half as much again along x makes it longer and, by crimp interchange, narrower.
+  *cell.load_x *= 1.5;
+  r = relax::minimize(cell, r.q);
+  ASSERT_TRUE(r.certificate.converged) << r.certificate.blocked_by;
+  EXPECT_GT(cell.length_x_at(r.q), (1 + 1e-3) * length_x);
+  EXPECT_LT(cell.length_y_at(r.q), (1 - 1e-3) * length_y);
+  // With the lengths given, the same state is a minimum, too, and bears these loads.
+  relax::settle_lengths(cell, r.q);
+  EXPECT_TRUE(relax::certify(cell, r.q).converged);
+  const Eigen::Vector2d loads(*cell.load_x, *cell.load_y);
+  cell.load_x.reset();
+  cell.load_y.reset();
+  r.q.conservativeResize(r.q.size() - 2);
+  EXPECT_TRUE(relax::certify(cell, r.q).converged);
+  EXPECT_LT((relax::borne_loads(cell, r.q) - loads).cwiseAbs().maxCoeff(), 1e-7 * loads.maxCoeff());
+}
+
+TEST(relax_weave, a_straight_fiber_is_as_long_as_its_load_stretches_it) {
+  relax::Cell cell = empty_cell(8 * d, 8 * d);
+  std::vector<Vec3> x;
+  relax::CellFiber fiber;
+  for (int k = 0; k < 8; ++k) fiber.x.emplace_back(k * d, 0, 0);
+  fiber.rest_length.assign(8, d);
+  relax::add_fiber(cell, fiber, x);
+  const double strain = 0.01;
+  cell.load_x = strain * cell.types[0].youngs_modulus * cell.types[0].area;
+  const relax::MinimizeResult r = relax::minimize(cell, relax::unknowns_at(cell, x));
+  ASSERT_TRUE(r.certificate.converged) << r.certificate.blocked_by;
+  EXPECT_NEAR(cell.length_x_at(r.q) / (8 * d), 1 + strain, 1e-10);
 }
 
 TEST(relax_weave, tighter_than_jamming_ends_with_what_blocks_it) {

@@ -85,6 +85,7 @@ std::vector<Figure> figures() {
       {"energy of bending [J]", energy([](const ComparedState& s) { return s.energy.bending; })},
       {"work of tensions [J]", energy([](const ComparedState& s) { return s.energy.tension; })},
       {"energy of platens [J]", energy([](const ComparedState& s) { return s.energy.platens; })},
+      {"energy of loads [J]", energy([](const ComparedState& s) { return s.energy.loads; })},
       {"energy in all [J]", energy([](const ComparedState& s) { return s.energy.sum(); })},
       {"error of the energy [J]", energy([](const ComparedState& s) { return s.energy_error(); })},
       {"thickness [mm]", [](const ComparedState& s) { return fmt::format("{:.5g}", 1e3 * s.measures.thickness); }},

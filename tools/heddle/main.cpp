@@ -106,6 +106,9 @@ int main(int argc, char** argv) {
       ->add_option("--weft-tension", relax.weft_tension, "per yarn [N] (default: woven tensions; from topology the warp's or the loom's)")
       ->check(CLI::PositiveNumber);
   relax_app->add_option("--pressure", relax.pressure, "of platens above and below [Pa]")->check(CLI::NonNegativeNumber);
+  relax_app->add_option("--load-x", relax.load_x, "force that pulls the cell along x, whose length is free then [N] (default: given length)")
+      ->check(CLI::NonNegativeNumber);
+  relax_app->add_option("--load-y", relax.load_y, "the same along y [N]")->check(CLI::NonNegativeNumber);
   relax_app->add_option("--element-length", relax.element_length, "[fiber diameters]")->check(CLI::PositiveNumber);
   relax_app->add_option("--iterations", relax.iterations, "of Newton's method, at most")->check(CLI::Range(0, 100000));
   relax_app->add_option("--first-order", relax.first_order, "steps of the first-order phases, at most")->check(CLI::Range(0, 1000000));

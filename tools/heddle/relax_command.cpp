@@ -102,10 +102,11 @@ Start start_of(const RelaxOptions& options) {
 
 /// The options that a state depends on, a line for each.
 std::string text_of(const RelaxOptions& o, int fibers) {
+  const auto load = [](const std::optional<double>& given) { return given ? fmt::format("{}", *given) : std::string("none"); };
   return fmt::format(
-      "--fibers = {}\n--warp-tension = {}\n--weft-tension = {}\n--pressure = {}\n--element-length = {}\n--iterations = {}\n--first-order = "
+      "--fibers = {}\n--warp-tension = {}\n--weft-tension = {}\n--pressure = {}\n--load-x = {}\n--load-y = {}\n--element-length = {}\n--iterations = {}\n--first-order = "
       "{}\n",
-      fibers, o.warp_tension, o.weft_tension, o.pressure, o.element_length, o.iterations, o.first_order);
+      fibers, o.warp_tension, o.weft_tension, o.pressure, load(o.load_x), load(o.load_y), o.element_length, o.iterations, o.first_order);
 }
 
 /// Throws unless a file was made from the same case with the same options.
@@ -204,6 +205,7 @@ class Relaxation {
   }
 
   void finish() {
+    relax::settle_lengths(relaxed_.cell, relaxed_.result.q);
     const relax::MinimizeResult& result = relaxed_.result;
     const relax::Cell& cell = relaxed_.cell;
     relaxed_.snapshot = relax::snapshot_of(cell, result.q);
@@ -227,6 +229,7 @@ class Relaxation {
     fmt::print("  thickness {:.4g} mm (mean envelopes {:.4g} mm), fiber volume fraction {:.3f}, crimp warp {:.2f} % weft {:.2f} %\n",
                1e3 * measures.thickness, 1e3 * measures.thickness_mean, measures.fiber_volume_fraction, 1e2 * measures.crimp_warp,
                1e2 * measures.crimp_weft);
+    fmt::print("  cell {:.5g} x {:.5g} mm{}\n", 1e3 * cell.length_x, 1e3 * cell.length_y, cell.load_x || cell.load_y ? ", under load" : "");
     fmt::print("  deepest overlap {:.3f} d, {} crossings out of order\n  results in {}\n", result.contacts.overlap_max, context.violations,
                output_.string());
   }
@@ -335,6 +338,14 @@ int relax_command(const RelaxOptions& options) {
   std::signal(SIGTERM, on_signal);
   Start start = start_of(options);
   start.cell.pressure = options.pressure;
+  start.cell.load_x = options.load_x;
+  start.cell.load_y = options.load_y;
+  const bool all_by_tension = std::all_of(start.cell.tension.begin(), start.cell.tension.end(), [](double t) { return t > 0; });
+  if (options.load_x && options.load_y && all_by_tension) {
+    throw std::invalid_argument(
+        "--load-x, --load-y: both with prescribed tensions of warps and wefts leave the size of the cell open; give one, or the yarns' "
+        "lengths by a woven cell without --warp-tension and --weft-tension");
+  }
   const std::filesystem::path output =
       options.output.empty() ? std::filesystem::path("results") / (start.c.name + "_relaxed") : options.output;
   if (!options.series.empty()) return relax_series(options, start, output);

@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@ struct RelaxOptions {
   double warp_tension = 0;             ///< per yarn [N]; 0: the woven tensions, from topology those of the case
   double weft_tension = 0;             ///< per yarn [N]; 0: the woven tensions, from topology as the warp or the loom
   double pressure = 0;                 ///< of the platens [Pa]
+  std::optional<double> load_x, load_y;  ///< that pull the cell along x, along y, whose length is free then [N]; none: given lengths
   double element_length = 0;           ///< [fiber diameters]; 0: as the case has it
   int iterations = 300;                ///< of Newton's method, at most
   int first_order = 20000;             ///< steps of its first-order phases, at most

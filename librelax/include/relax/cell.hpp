@@ -1,6 +1,8 @@
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "weave/model.hpp"
@@ -18,7 +20,9 @@ using weave::Vec3;
 /// fibers has a gradient everywhere, which that of two poly-lines lacks on the inside of a bend. Span i of the axis belongs to node i and
 /// runs from the middle of the bar before it to the middle of the bar after it.
 struct Cell {
-  double length_x = 0, length_y = 0;  ///< [m]
+  double length_x = 0, length_y = 0;  ///< where they are given, else at the start [m]
+  /// Forces that pull the cell along x and along y, whose length is free then [N]; none: the length is given.
+  std::optional<double> load_x, load_y;
   double pressure = 0;                ///< of two rigid, frictionless platens above and below [Pa]; 0: none
   double slack_strain = 1e-4;         ///< within this strain of its rest length a bar's stiffness passes from that in compression to E
 
@@ -45,8 +49,15 @@ struct Cell {
   [[nodiscard]] const PairLaw& pair_law(std::size_t fiber_a, std::size_t fiber_b) const {
     return pair_laws[type[fiber_a] * types.size() + type[fiber_b]];
   }
+  /// The cell's lengths at given unknowns [m]: free ones are the last of these.
+  [[nodiscard]] double length_x_at(const Eigen::VectorXd& q) const { return load_x ? length_x + q[q.size() - (load_y ? 2 : 1)] : length_x; }
+  [[nodiscard]] double length_y_at(const Eigen::VectorXd& q) const { return load_y ? length_y + q[q.size() - 1] : length_y; }
+  /// Axis along which a fiber closes.
+  [[nodiscard]] Eigen::Index axis_of(std::size_t fiber) const { return weft[fiber] ? 1 : 0; }
   /// Translation after which a fiber closes [m].
-  [[nodiscard]] Vec3 period(std::size_t fiber) const { return weft[fiber] ? Vec3(0, length_y, 0) : Vec3(length_x, 0, 0); }
+  [[nodiscard]] Vec3 period(std::size_t fiber, const Eigen::VectorXd& q) const {
+    return weft[fiber] ? Vec3(0, length_y_at(q), 0) : Vec3(length_x_at(q), 0, 0);
+  }
   /// Rest length of fiber that span `node` stands for [m].
   [[nodiscard]] double span_length(std::uint32_t node) const { return 0.5 * (rest_length[node] + rest_length[before(node).node]); }
 
@@ -86,19 +97,29 @@ void close_fibers(Cell& cell, const std::vector<std::uint32_t>& next);
 void add_fiber(Cell& cell, const CellFiber& fiber, std::vector<Vec3>& x);
 
 /// Where the unknowns of a cell stand in one vector, all of them lengths [m]: three coordinates per node; then for each fiber of prescribed
-/// tension the rest length that it has drawn in beyond the given one; then, under pressure, the heights of the lower and the upper platen.
+/// tension the rest length that it has drawn in beyond the given one; then, under pressure, the heights of the lower and the upper platen;
+/// then what each free length of the cell has grown by.
 struct Unknowns {
   Eigen::Index nodes = 0;
   std::vector<Eigen::Index> drawn;  ///< per fiber; -1: none
   Eigen::Index platens = -1;        ///< lower; upper is the next; -1: none
+  std::array<Eigen::Index, 2> length = {-1, -1};  ///< of the cell along x, along y; -1: given
   Eigen::Index size = 0;
 
   explicit Unknowns(const Cell& cell);
+  /// How far a step may bring two points of neighboring images together, halved: the largest way of a node or a platen, and what the cell
+  /// grows by [m].
+  [[nodiscard]] double way(const Eigen::VectorXd& step) const;
   [[nodiscard]] Eigen::Index borders() const { return size - 3 * nodes; }
+  /// Number of an unknown that is no node's among those.
+  [[nodiscard]] Eigen::Index border(Eigen::Index unknown) const { return unknown - 3 * nodes; }
 };
 
 /// Unknowns for nodes at `x`: no rest length drawn in, platens touching the highest and the lowest fiber.
 Eigen::VectorXd unknowns_at(const Cell& cell, const std::vector<Vec3>& x);
+
+/// Takes free lengths at `q` as those of the cell, and sets what they have grown by to zero.
+void settle_lengths(Cell& cell, Eigen::VectorXd& q);
 
 /// Point of a fiber's axis at `share` (0...1) of span `node` [m].
 Vec3 axis_point(const Cell& cell, const Eigen::VectorXd& q, std::uint32_t node, double share);

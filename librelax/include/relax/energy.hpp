@@ -53,8 +53,9 @@ SparseHessian hessian_for(const Cell& cell, const ContactList& list, const Eigen
 struct EnergyParts {
   double bars = 0, bending = 0, contact = 0;
   double tension = 0;  ///< prescribed tensions times the rest length in the cell beyond that of a straight fiber
+  double loads = 0;    ///< minus the loads times what the cell has grown by
   double platens = 0;  ///< contact with them, and pressure times volume between them
-  [[nodiscard]] double sum() const { return bars + bending + contact + tension + platens; }
+  [[nodiscard]] double sum() const { return bars + bending + contact + tension + platens + loads; }
 };
 
 /// What the contacts are like at a place.
@@ -69,7 +70,7 @@ struct ContactState {
 /// Bars between the nodes: U = E A rho psi(e), e = l/rho - 1, with rho the rest length; psi'' = 1 in tension and the compression factor in
 /// compression, linear in between within the cell's slack strain.
 /// Under a prescribed tension T the rest length is free: all of a fiber's bars share what it draws in, w, as rho = rho_0 (1 + w / sum
-/// rho_0), at the price T* (sum rho - L), with L the length of the cell and T* = T + T^2/(2 E A). For one bar the least U over rho is then
+/// rho_0), at the price T* (sum rho - L), with L the given length of the cell and T* = T + T^2/(2 E A). For one bar the least U over rho is then
 /// T (l - L): a string of constant tension. One unknown for the whole fiber, and not one per bar, holds the nodes in place along it. Such
 /// bars are linear in compression too, which none of them is at a minimum.
 double bar_energy(const Cell& cell, const Unknowns& unknowns, const Eigen::VectorXd& q, Derivatives want, double* tension_work = nullptr);
@@ -92,6 +93,13 @@ double contact_energy(const Cell& cell, const ContactList& list, const Eigen::Ve
 /// A fiber and its mirror image meet in the plane between them, so contact with a rigid plane is half of the contact of the two, at twice
 /// the overlap.
 double platen_energy(const Cell& cell, const Unknowns& unknowns, const Eigen::VectorXd& q, Derivatives want);
+
+/// Minus the loads on the cell times what its free lengths have grown by.
+double load_energy(const Cell& cell, const Unknowns& unknowns, const Eigen::VectorXd& q, Derivatives want);
+
+/// Forces along x and along y that a cell at `q` bears: the derivative of its energy, without that of loads, by its lengths, rest lengths and
+/// platens staying as they are [N].
+Eigen::Vector2d borne_loads(const Cell& cell, const Eigen::VectorXd& q, const ContactSampling& sampling = {});
 
 /// The whole potential.
 EnergyParts potential(const Cell& cell, const Unknowns& unknowns, const ContactList& list, const Eigen::VectorXd& q, Derivatives want,

@@ -72,6 +72,7 @@ struct MinimizeState {
   double shift = 0;                     ///< of the Hessian without its indefinite terms [N/m]
   double true_shift = 0;                ///< that made the true Hessian positive definite [N/m]
   bool went_far = false;                ///< the last step was cut to what the contact list allows
+  bool lengths_free = false;            ///< free lengths of the cell move; before, the rest has to be near its minimum
   int true_in = 0, true_wait = 0;       ///< iterations until the true Hessian is tried again, and between the last two trials
   int stalled = 0;                      ///< times that a step of the true Hessian led nowhere
 
@@ -109,7 +110,7 @@ struct MinimizeResult {
   MinimizeState state;  ///< where it was interrupted; else empty
 };
 
-/// Largest prescribed tension of a fiber, or, where there is none, the mean tension of the pulled bars at `q`, or, where there is none of
+/// Largest prescribed tension of a fiber, or share of a fiber in a load on the cell, or, where there is none, the mean tension of the pulled bars at `q`, or, where there is none of
 /// these either, the tension at a strain of 1e-6 [N].
 double reference_tension(const Cell& cell, const Eigen::VectorXd& q);
 
@@ -117,7 +118,7 @@ double reference_tension(const Cell& cell, const Eigen::VectorXd& q);
 std::vector<Eigen::Index> pinned_unknowns(const Cell& cell);
 
 /// A first-order phase (preconditioned FIRE), until it is near or does not get nearer, then Newton's method from `q` to a certified
-/// minimum; each Newton step's energy is less than the one before, or, where round-off hides that, its gradient. The true Hessian comes
+/// minimum; free lengths of the cell move last; each Newton step's energy is less than the one before, or, where round-off hides that, its gradient. The true Hessian comes
 /// first; shifted, or without its indefinite terms, only where it is not positive definite. No node moves farther than half the skin in a
 /// step. At a saddle it goes on along the direction of negative curvature. A state that is no certified minimum is returned with what
 /// blocks it. Throws std::invalid_argument for a `q` of wrong size or not finite.

@@ -12,9 +12,10 @@ namespace relax {
 /// The pattern is given once and holds explicit zeros, so that a symbolic factorization lasts as long as it.
 class SparseHessian {
  public:
-  /// pairs: nodes that are coupled (in any order, repeats allowed); border_nodes: for each border the nodes that it is coupled to.
+  /// pairs: nodes that are coupled (in any order, repeats allowed); border_nodes: for each border the nodes that it is coupled to;
+  /// full_borders: as many of the last borders are coupled to every border before them, too.
   SparseHessian(Eigen::Index nodes, std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs,
-                std::vector<std::vector<std::uint32_t>> border_nodes);
+                std::vector<std::vector<std::uint32_t>> border_nodes, Eigen::Index full_borders = 0);
 
   void set_zero();
   /// Adds d2U / dx_a dx_b to the block of two nodes. For a != b it stands for both triangles: add each pair once. The other order of the
@@ -22,6 +23,8 @@ class SparseHessian {
   void add(std::uint32_t a, std::uint32_t b, const Eigen::Matrix3d& block);
   void add_border(Eigen::Index border, std::uint32_t node, const Vec3& column);
   void add_corner(Eigen::Index border, double value);
+  /// Between two different borders, the later of which is a full one; it stands for both triangles.
+  void add_corner(Eigen::Index border_a, Eigen::Index border_b, double value);
 
   [[nodiscard]] bool complete() const { return complete_; }
   [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(column_.size()) - 1; }
