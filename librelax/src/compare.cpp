@@ -61,14 +61,7 @@ void read_summary(const std::filesystem::path& file, ComparedState& state) {
     const auto& e = j.at("energy_J");
     state.energy = {e.at("bars"), e.at("bending"), e.at("contact"), e.at("tension"), e.at("platens"), e.value("loads", 0.0)};
     Certificate& c = state.certificate;
-    c.converged = j.at("converged");
-    c.blocked_by = j.at("blocked_by");
-    c.gradient_max = j.at("gradient_max");
-    c.positive_definite = j.at("positive_definite");
-    c.neutral = j.value("neutral", false);  // summaries of the first versions did not tell
-    c.newton_step_max = j.at("newton_step_max");
-    c.contacts_steady = j.at("contacts_steady");
-    c.pin_force_max = j.at("pin_force_max");
+    each_finding(c, [&](const char* key, auto& value) { j.at(key).get_to(value); });
     const auto& error = j.at("energy_error_J");
     c.energy_error = error.is_null() ? std::numeric_limits<double>::infinity() : error.get<double>();
   } catch (const std::exception& e) {

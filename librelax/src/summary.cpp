@@ -36,15 +36,8 @@ std::string summary_json(const Cell& cell, const MinimizeResult& r, const weave:
   j["unknowns"] = unknowns.size;
   j["factor_nonzeros"] = r.factor_nonzeros;
   j["friction"] = "none";
-  j["converged"] = c.converged;
-  j["blocked_by"] = c.blocked_by;
-  j["gradient_max"] = c.gradient_max;
   j["reference_tension_N"] = r.reference_tension;
-  j["positive_definite"] = c.positive_definite;
-  j["neutral"] = c.neutral;
-  j["newton_step_max"] = c.newton_step_max;
-  j["contacts_steady"] = c.contacts_steady;
-  j["pin_force_max"] = c.pin_force_max;
+  each_finding(c, [&](const char* key, const auto& value) { j[key] = value; });
   j["energy_error_J"] = std::isfinite(c.energy_error) ? ordered_json(c.energy_error) : ordered_json();
   for (const auto& [name, value] : named(r.energy)) j["energy_J"][name] = value;
   for (const auto& [name, value] : weave::named(m)) j[name] = value;

@@ -3,12 +3,13 @@
 #include <filesystem>
 
 #include "heddle/draft.hpp"
+#include "scenes/temporary.hpp"
 #include "stress/loom_sweeps.hpp"
 
 namespace {
 
 TEST(random_weave, is_read_drawn_and_woven) {
-  const auto file = std::filesystem::path(testing::TempDir()) / "heddle_random_weave.svg";
+  const auto file = scenes::temporary("random_weave") += ".svg";
   int woven = 0;
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     const std::string text = stress::random_weave(seed);

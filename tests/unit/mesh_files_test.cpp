@@ -9,6 +9,7 @@
 
 #include "relax/deck.hpp"
 #include "relax/surface_file.hpp"
+#include "scenes/temporary.hpp"
 #include "scenes/yarn_surfaces.hpp"
 #include "weave/results.hpp"
 
@@ -98,8 +99,7 @@ TEST(Deck, ProgramsHaveTheirOwnCards) {
 class SurfaceFile : public ::testing::Test {
  protected:
   std::filesystem::path write(const std::string& text) {
-    file_ = std::filesystem::path(::testing::TempDir()) /
-            (std::string("heddle_") + ::testing::UnitTest::GetInstance()->current_test_info()->name() + ".off");
+    file_ = scenes::temporary(::testing::UnitTest::GetInstance()->current_test_info()->name()) += ".off";
     weave::write_text_file(file_, text);
     return file_;
   }

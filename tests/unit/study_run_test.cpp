@@ -225,7 +225,7 @@ TEST_F(StudyRunTest, CellsAreDrawnSideBySide) {
 }
 
 TEST(StudyLog, LastLinesAreOfTheLastAttempt) {
-  const path log = path(testing::TempDir()) / "heddle_study_log";
+  const path log = scenes::temporary("study_log");
   std::ofstream(log) << attempt_heading(1, "program run") << "old\n" << attempt_heading(2, "program run") << "a\n\nb\nprogress\rc\n";
   EXPECT_EQ(last_lines(log, 2), "b\nc");
   EXPECT_EQ(last_lines(log, 9), "a\nb\nc");

@@ -1,4 +1,5 @@
 #include "heddle/surface_files.hpp"
+#include "scenes/temporary.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,7 +21,7 @@ struct TwoSurfaces {
     for (Vec3& x : b.points) x = (x + Vec3(2, 0, 0)) / 3;
   }
   [[nodiscard]] std::string written(const std::string& ending) const {
-    const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / ("two_surfaces." + ending);
+    const std::filesystem::path file = scenes::temporary("two_surfaces") += "." + ending;
     const std::vector<NamedSurface> surfaces = {{"warp_0", 0, &a}, {"weft_7", 7, &b}};
     write_surfaces(file, surfaces);
     std::ifstream in(file, std::ios::binary);
@@ -74,7 +75,7 @@ TEST(SurfaceFiles, EachFormatHoldsBothSurfaces) {
 }
 
 TEST(SurfaceFiles, OtherEndingsAreRefused) {
-  EXPECT_THROW(write_surfaces(std::filesystem::path(testing::TempDir()) / "surface.xyz", {}), std::runtime_error);
+  EXPECT_THROW(write_surfaces(scenes::temporary("surface") += ".xyz", {}), std::runtime_error);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "hdf5_file.hpp"
+#include "scenes/temporary.hpp"
 
 namespace weave {
 namespace {
@@ -15,7 +16,7 @@ TEST(Tables, CommaSeparatedValues) {
 }
 
 TEST(Tables, Hdf5) {
-  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "tables.h5";
+  const std::filesystem::path file = scenes::temporary("tables") += ".h5";
   write_tables(file, {{"warp_0", {{"arc_m", {0, 0.5}}}}, {"weft_1", {{"arc_m", {1.0 / 3}}}}});
   const Hdf5File in = Hdf5File::open(file);
   EXPECT_EQ(in.read<double>("/warp_0/arc_m"), (std::vector<double>{0, 0.5}));

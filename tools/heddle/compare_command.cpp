@@ -151,15 +151,7 @@ ordered_json json_of(const ComparedState& s) {
   if (!s.relaxed) return j;
   for (const auto& [name, value] : relax::named(s.energy)) j["energy_J"][name] = value;
   j["energy_error_J"] = finite(s.energy_error());
-  const relax::Certificate& c = s.certificate;
-  j["certificate"] = {{"converged", c.converged},
-                      {"blocked_by", c.blocked_by},
-                      {"gradient_max", c.gradient_max},
-                      {"positive_definite", c.positive_definite},
-                      {"neutral", c.neutral},
-                      {"newton_step_max", c.newton_step_max},
-                      {"contacts_steady", c.contacts_steady},
-                      {"pin_force_max", c.pin_force_max}};
+  relax::each_finding(s.certificate, [&](const char* key, const auto& value) { j["certificate"][key] = value; });
   return j;
 }
 

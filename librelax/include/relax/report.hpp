@@ -33,6 +33,19 @@ struct ReportContext {
 /// The parts of an energy and their sum by the names that they have in every summary [J].
 std::vector<std::pair<std::string, double>> named(const EnergyParts& energy);
 
+/// Calls f with the key that each finding of a certificate has in every summary, and with the finding.
+template <class C, class F>
+void each_finding(C& certificate, F&& f) {
+  f("converged", certificate.converged);
+  f("blocked_by", certificate.blocked_by);
+  f("gradient_max", certificate.gradient_max);
+  f("positive_definite", certificate.positive_definite);
+  f("neutral", certificate.neutral);
+  f("newton_step_max", certificate.newton_step_max);
+  f("contacts_steady", certificate.contacts_steady);
+  f("pin_force_max", certificate.pin_force_max);
+}
+
 /// The summary as JSON text, keys with units.
 std::string summary_json(const Cell& cell, const MinimizeResult& result, const weave::CellMeasures& measures, const ReportContext& context);
 
