@@ -22,8 +22,7 @@ double bending_energy(const Cell& cell, const Eigen::VectorXd& q, Derivatives wa
     if (length >= 0 && want.hessian) {
       const Eigen::Index border = unknowns.border(length);
       want.hessian->add_corner(border, k * wraps * wraps);
-      for (std::size_t a = 0; a < 3; ++a)
-        want.hessian->add_border(border, span.node[a], k * wraps * weight[a] * Vec3::Unit(axis));
+      for (std::size_t a = 0; a < 3; ++a) want.hessian->add_border(border, span.node[a], k * wraps * weight[a] * Vec3::Unit(axis));
     }
     for (std::size_t a = 0; a < 3; ++a) {
       if (want.gradient) want.gradient->segment<3>(3 * Eigen::Index{span.node[a]}) += k * weight[a] * span.curve;

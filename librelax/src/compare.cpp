@@ -138,7 +138,9 @@ enum class Potential {
 };
 
 Potential compare_potentials(const Cell& a, const Cell& b) {
-  if (a.fibers() != b.fibers() || a.pressure != b.pressure || a.load_x != b.load_x || a.load_y != b.load_y || a.slack_strain != b.slack_strain) return Potential::other;
+  if (a.fibers() != b.fibers() || a.pressure != b.pressure || a.load_x != b.load_x || a.load_y != b.load_y ||
+      a.slack_strain != b.slack_strain)
+    return Potential::other;
   const std::vector<std::size_t> order_a = in_order(a.yarn, a.place), order_b = in_order(b.yarn, b.place);
   Potential potential = Potential::same;
   for (std::size_t i = 0; i < order_a.size(); ++i) {
@@ -165,9 +167,8 @@ std::size_t ComparedState::fibers_per_yarn() const {
 }
 
 double ComparedState::energy_error() const {
-  return certificate.energy_error +
-         round_off * (energy.bars + energy.bending + energy.contact + std::abs(energy.tension) + std::abs(energy.platens) +
-                      std::abs(energy.loads));
+  return certificate.energy_error + round_off * (energy.bars + energy.bending + energy.contact + std::abs(energy.tension) +
+                                                 std::abs(energy.platens) + std::abs(energy.loads));
 }
 
 ComparedState read_relaxed_state(const std::filesystem::path& folder) {

@@ -18,10 +18,10 @@ constexpr double bend_seen_within = 1.5;             ///< distance over the reac
 /// images of either. By `c` in all directions, or, a length, along its axis alone.
 struct Mover {
   bool of_touched = false;
-  Eigen::Index axis = -1;        ///< of a length; -1: a node
-  std::uint32_t node = 0;        ///< of a node
-  Eigen::Index unknown = -1;     ///< of a length
-  double c = 0, c_slope = 0;     ///< and its derivative by the place on the touched axis
+  Eigen::Index axis = -1;     ///< of a length; -1: a node
+  std::uint32_t node = 0;     ///< of a node
+  Eigen::Index unknown = -1;  ///< of a length
+  double c = 0, c_slope = 0;  ///< and its derivative by the place on the touched axis
 };
 
 /// Movers of one sample, at most: 3 + 3 nodes and two lengths on each side.

@@ -116,8 +116,8 @@ bool comes_within(const Cell& cell, const Eigen::VectorXd& q, const SpanContact&
 }
 
 /// The nearest span of every chain that may come near span i.
-void find_nearest(const Cell& cell, const Eigen::VectorXd& q, const Grid& grid, const std::vector<SpanBall>& balls, std::uint32_t i, double skin,
-                  std::vector<Candidate>& nearest) {
+void find_nearest(const Cell& cell, const Eigen::VectorXd& q, const Grid& grid, const std::vector<SpanBall>& balls, std::uint32_t i,
+                  double skin, std::vector<Candidate>& nearest) {
   const std::uint32_t f = cell.fiber_of[i];
   nearest.clear();
   grid.near(balls[i], [&](std::uint32_t j, int wrap_x, int wrap_y) {

@@ -42,7 +42,7 @@ constexpr double shift_first = 1e-4;                     ///< [reference tension
 constexpr double shift_least = 1e-6, shift_largest = 1;  ///< of the true Hessian [reference tension / diameter]
 constexpr int far_steps = 3;                    ///< of Newton's method as long as the list allows, one after the other: far from a minimum
 constexpr int far_steps_after_stagnation = 40;  ///< and where the cheap steps have not come down
-constexpr double release_below = 1;  ///< gradient, over the reference tension, from which on free lengths of the cell move
+constexpr double release_below = 1;             ///< gradient, over the reference tension, from which on free lengths of the cell move
 constexpr int inverse_iterations = 12, inverse_iterations_most = 300;  ///< for the direction of negative curvature, as many until it is one
 
 struct Scale {

@@ -8,8 +8,8 @@
 namespace relax {
 
 std::vector<std::pair<std::string, double>> named(const EnergyParts& e) {
-  return {{"bars", e.bars},       {"bending", e.bending}, {"contact", e.contact},
-          {"tension", e.tension}, {"platens", e.platens}, {"loads", e.loads}, {"sum", e.sum()}};
+  return {{"bars", e.bars},       {"bending", e.bending}, {"contact", e.contact}, {"tension", e.tension},
+          {"platens", e.platens}, {"loads", e.loads},     {"sum", e.sum()}};
 }
 
 std::string summary_json(const Cell& cell, const MinimizeResult& r, const weave::CellMeasures& m, const ReportContext& context) {

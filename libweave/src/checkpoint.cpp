@@ -175,9 +175,10 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
   const Hdf5File file = Hdf5File::open(path);
   const std::int64_t written = file.has("/format") ? file.read<std::int64_t>("/format").front() : 1;
   if (written != format) {
-    throw std::runtime_error(fmt::format("{}: a checkpoint of format {}, but this version of Heddle reads format {}; go on with the version "
-                                         "that wrote it, or weave the case anew",
-                                         path.string(), written, format));
+    throw std::runtime_error(
+        fmt::format("{}: a checkpoint of format {}, but this version of Heddle reads format {}; go on with the version "
+                    "that wrote it, or weave the case anew",
+                    path.string(), written, format));
   }
   Checkpoint c;
   c.case_toml = file.read_text("/case");

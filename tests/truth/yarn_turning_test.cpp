@@ -176,7 +176,8 @@ TEST(yarn_turning, a_pile_of_three_holds_from_coulombs_limit_on) {
 }
 
 TEST(yarn_turning, a_pile_holds_by_the_friction_within_its_yarn) {
-  // As above with two coefficients: sin 30 = within cos 30 + on_plates (cos 30 + within sin 30), which is within = 0.338 at 0.2 on the plates.
+  // As above with two coefficients: sin 30 = within cos 30 + on_plates (cos 30 + within sin 30), which is within = 0.338 at 0.2 on the
+  // plates.
   const double depth = 0.05 * d, collapse = 2 * std::sqrt(3) * depth;
   EXPECT_GT(spread_of_pile(0.2, 0.31, depth), 0.6 * collapse);
   EXPECT_LT(spread_of_pile(0.2, 0.37, depth), 0.2 * collapse);

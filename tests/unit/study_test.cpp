@@ -82,15 +82,17 @@ TEST_F(StudyTest, SecondDiscretizationRepeatsEachRun) {
 
 TEST_F(StudyTest, CasesMayVaryAndUntilFollowsTheFigures) {
   const std::string glass = (path(HEDDLE_CASES_DIR) / "eglass_7628").string();
-  const Study study = read_study(write("[vary]\ncase = [\"" + glass + "\", \"" + kevlar.string() +
-                                           "/case.toml\"]\nrelax.fibers = [19, 37]\n[set]\nrelax.unconverged = true\n",
-                                       "\"relax.thickness_m\""));
+  const Study study = read_study(
+      write("[vary]\ncase = [\"" + glass + "\", \"" + kevlar.string() +
+                "/case.toml\"]\nrelax.fibers = [19, 37]\n[set]\nrelax.unconverged = true\nrelax.pressure = 20000\nrelax.load_x = 1.5\n",
+            "\"relax.thickness_m\""));
   EXPECT_THAT(names(study),
               ElementsAre("eglass_7628_fibers_19", "eglass_7628_fibers_37", "kevlar_km2_706_fibers_19", "kevlar_km2_706_fibers_37"));
   EXPECT_EQ(study.until, "relax");
   EXPECT_EQ(study.runs[0].spec.name, "eglass_7628");
   const std::vector<std::string> arguments = run_arguments(study, study.runs[1], "out");
-  EXPECT_THAT(arguments, ElementsAre("run", glass, "--output", "out", "--until", "relax", "--quiet", "--unconverged", "--fibers", "37"));
+  EXPECT_THAT(arguments, ElementsAre("run", glass, "--output", "out", "--until", "relax", "--quiet", "--unconverged", "--pressure", "20000",
+                                     "--load-x", "1.5", "--fibers", "37"));
 }
 
 TEST_F(StudyTest, ArgumentsSetTheCaseAsTheStudyReadIt) {
@@ -136,6 +138,7 @@ TEST_F(StudyTest, MistakesAreNamedWithFileLineKeyValueAndBound) {
   expect("[set]\nrelax.fibers = 19\n" + vary, "6: set.relax.fibers = 19: is a key of the stage relax, but until = \"weave\"");
   expect("until = \"relax\"\n[set]\nrelax.fibres = 19\n" + vary, "7: set.relax.fibres = 19: unknown key");
   expect("until = \"relax\"\n[set]\nrelax.fibers = 0\n" + vary, "7: set.relax.fibers = 0: must be an integer >= 1 and <= 1000");
+  expect("until = \"relax\"\n[set]\nrelax.load_y = -1\n" + vary, "7: set.relax.load_y = -1: must be a number >= 0 [N]");
   expect(vary + "[[reference]]\nkey = \"weave.thickness_m\"\nvalue = 1\nsource = \"x\"\n",
          "8: reference.0.key = \"weave.thickness_m\": must be one of the collected");
 }

@@ -106,7 +106,8 @@ int main(int argc, char** argv) {
       ->add_option("--weft-tension", relax.weft_tension, "per yarn [N] (default: woven tensions; from topology the warp's or the loom's)")
       ->check(CLI::PositiveNumber);
   relax_app->add_option("--pressure", relax.pressure, "of platens above and below [Pa]")->check(CLI::NonNegativeNumber);
-  relax_app->add_option("--load-x", relax.load_x, "force that pulls the cell along x, whose length is free then [N] (default: given length)")
+  relax_app
+      ->add_option("--load-x", relax.load_x, "force that pulls the cell along x, whose length is free then [N] (default: given length)")
       ->check(CLI::NonNegativeNumber);
   relax_app->add_option("--load-y", relax.load_y, "the same along y [N]")->check(CLI::NonNegativeNumber);
   relax_app->add_option("--element-length", relax.element_length, "[fiber diameters]")->check(CLI::PositiveNumber);
@@ -165,6 +166,14 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"weave", "relax", "envelope", "homogenize"}));
   run_app->add_option("--fibers", pipeline.fibers, "digital fibers a yarn of the relaxed cell (default as woven)")
       ->check(CLI::Range(1, 1000));
+  run_app->add_option("--pressure", pipeline.pressure, "of platens above and below the relaxed cell [Pa]")->check(CLI::NonNegativeNumber);
+  run_app
+      ->add_option("--load-x", pipeline.load_x,
+                   "force that pulls the relaxed cell along x, whose length is free then [N] (default: as woven)")
+      ->check(CLI::NonNegativeNumber);
+  run_app->add_option("--load-y", pipeline.load_y, "the same along y [N]")->check(CLI::NonNegativeNumber);
+  run_app->add_option("--edge-length", pipeline.edge_length, "of the yarns' surfaces, in fiber diameters, or with a unit: \"5 um\"")
+      ->capture_default_str();
   auto* pipeline_elements = run_app->add_option("--elements", pipeline.elements, "of the homogenized mesh, about")
                                 ->capture_default_str()
                                 ->check(CLI::Range(8, 10000000));

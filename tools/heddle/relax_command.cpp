@@ -104,7 +104,8 @@ Start start_of(const RelaxOptions& options) {
 std::string text_of(const RelaxOptions& o, int fibers) {
   const auto load = [](const std::optional<double>& given) { return given ? fmt::format("{}", *given) : std::string("none"); };
   return fmt::format(
-      "--fibers = {}\n--warp-tension = {}\n--weft-tension = {}\n--pressure = {}\n--load-x = {}\n--load-y = {}\n--element-length = {}\n--iterations = {}\n--first-order = "
+      "--fibers = {}\n--warp-tension = {}\n--weft-tension = {}\n--pressure = {}\n--load-x = {}\n--load-y = {}\n--element-length = "
+      "{}\n--iterations = {}\n--first-order = "
       "{}\n",
       fibers, o.warp_tension, o.weft_tension, o.pressure, load(o.load_x), load(o.load_y), o.element_length, o.iterations, o.first_order);
 }

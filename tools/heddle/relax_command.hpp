@@ -7,21 +7,21 @@
 namespace heddle {
 
 struct RelaxOptions {
-  std::filesystem::path input;         ///< folder or file of a woven cell; or a case, for a start from topology
-  std::filesystem::path output;        ///< default ./results/NAME_relaxed
-  std::vector<std::string> overrides;  ///< key.path=value
-  int fibers = 0;                      ///< per yarn, refined from those of the start; 0: as many as the start has
-  std::vector<int> series;             ///< the same start at each of these counts, in place of `fibers`
-  int start_fibers = 0;                ///< per yarn, of a start from topology; 0: as the case has it
-  double warp_tension = 0;             ///< per yarn [N]; 0: the woven tensions, from topology those of the case
-  double weft_tension = 0;             ///< per yarn [N]; 0: the woven tensions, from topology as the warp or the loom
-  double pressure = 0;                 ///< of the platens [Pa]
+  std::filesystem::path input;           ///< folder or file of a woven cell; or a case, for a start from topology
+  std::filesystem::path output;          ///< default ./results/NAME_relaxed
+  std::vector<std::string> overrides;    ///< key.path=value
+  int fibers = 0;                        ///< per yarn, refined from those of the start; 0: as many as the start has
+  std::vector<int> series;               ///< the same start at each of these counts, in place of `fibers`
+  int start_fibers = 0;                  ///< per yarn, of a start from topology; 0: as the case has it
+  double warp_tension = 0;               ///< per yarn [N]; 0: the woven tensions, from topology those of the case
+  double weft_tension = 0;               ///< per yarn [N]; 0: the woven tensions, from topology as the warp or the loom
+  double pressure = 0;                   ///< of the platens [Pa]
   std::optional<double> load_x, load_y;  ///< that pull the cell along x, along y, whose length is free then [N]; none: given lengths
-  double element_length = 0;           ///< [fiber diameters]; 0: as the case has it
-  int iterations = 300;                ///< of Newton's method, at most
-  int first_order = 20000;             ///< steps of its first-order phases, at most
-  int threads = 0;                     ///< 0: all
-  bool resume = false;                 ///< go on from the checkpoint in the results folder
+  double element_length = 0;             ///< [fiber diameters]; 0: as the case has it
+  int iterations = 300;                  ///< of Newton's method, at most
+  int first_order = 20000;               ///< steps of its first-order phases, at most
+  int threads = 0;                       ///< 0: all
+  bool resume = false;                   ///< go on from the checkpoint in the results folder
   bool quiet = false;
 };
 

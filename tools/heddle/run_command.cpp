@@ -172,11 +172,19 @@ int run_command(const PipelineOptions& options) {
     });
   };
   const auto relax_stage = [&] {
-    const int status = pipeline.run("relax", {{"fibers", options.fibers}}, [&](bool) {
+    ordered_json inputs = {{"fibers", options.fibers}};
+    if (options.pressure > 0) inputs["pressure"] = options.pressure;
+    if (options.load_x) inputs["load_x"] = *options.load_x;
+    if (options.load_y) inputs["load_y"] = *options.load_y;
+    const int status = pipeline.run("relax", inputs, [&](bool unfinished) {
       RelaxOptions o;
       o.input = woven;
       o.output = relaxed;
       o.fibers = options.fibers;
+      o.pressure = options.pressure;
+      o.load_x = options.load_x;
+      o.load_y = options.load_y;
+      o.resume = unfinished && std::filesystem::exists(relaxed / "checkpoint.h5");
       o.quiet = options.quiet;
       const int result = relax_command(o);
       if (result < 2) draw(relaxed);
@@ -190,11 +198,14 @@ int run_command(const PipelineOptions& options) {
     return options.unconverged ? 0 : 1;
   };
   const auto envelope_stage = [&] {
-    return pipeline.run("envelope", ordered_json::object(), [&](bool) {
+    ordered_json inputs = ordered_json::object();
+    if (options.edge_length != EnvelopeCommandOptions{}.edge_length) inputs["edge_length"] = options.edge_length;
+    return pipeline.run("envelope", inputs, [&](bool) {
       EnvelopeCommandOptions o;
       o.input = relaxed;
       o.output = envelope;
       o.formats = {"off", "vtp", "stl"};
+      o.edge_length = options.edge_length;
       o.unconverged = options.unconverged;
       return envelope_command(o);
     });

@@ -208,9 +208,16 @@ std::string stage_key_mistake(const std::string& key, const std::string& value) 
     return parsed && *parsed >= low && *parsed <= high ? "" : fmt::format("must be an integer >= {} and <= {}", low, high);
   };
   if (key == "relax.fibers") return integer(1, 1000);
+  if (key == "relax.pressure" || key == "relax.load_x" || key == "relax.load_y") {
+    const auto number = toml::parse("v = " + value)["v"].value<double>();
+    return number && std::isfinite(*number) && *number >= 0
+               ? ""
+               : fmt::format("must be a number >= 0 [{}]", key == "relax.pressure" ? "Pa" : "N");
+  }
   if (key == "homogenize.elements") return integer(1, 100000000);
   if (key == "relax.unconverged") return value == "true" || value == "false" ? "" : "expected true or false";
-  return "unknown key; of the stages after weaving a study may give relax.fibers, relax.unconverged and homogenize.elements";
+  return "unknown key; of the stages after weaving a study may give relax.fibers, relax.pressure, relax.load_x, relax.load_y, "
+         "relax.unconverged and homogenize.elements";
 }
 
 // ---------------------------------------------------------------------------------------------------------------------- runs of a study
@@ -514,6 +521,12 @@ std::vector<std::string> run_arguments(const Study& study, const StudyRun& run, 
   for (const Assignment& a : run.changes) {
     if (a.key == "relax.fibers") {
       option("--fibers", a.value);
+    } else if (a.key == "relax.pressure") {
+      option("--pressure", a.value);
+    } else if (a.key == "relax.load_x") {
+      option("--load-x", a.value);
+    } else if (a.key == "relax.load_y") {
+      option("--load-y", a.value);
     } else if (a.key == "homogenize.elements") {
       option("--elements", a.value);
     } else if (a.key == "relax.unconverged") {

@@ -8,7 +8,7 @@
 namespace heddle {
 
 /// A value that a study gives to a key: of the case ("loom.tension"), or of a later stage of `heddle run` ("relax.fibers",
-/// "relax.unconverged", "homogenize.elements").
+/// "relax.pressure", "relax.load_x", "relax.load_y", "relax.unconverged", "homogenize.elements").
 struct Assignment {
   std::string key;
   std::string value;  ///< as TOML: "\"3 N\"", "7", "[1, 2]"

@@ -23,8 +23,8 @@ struct Cell {
   double length_x = 0, length_y = 0;  ///< where they are given, else at the start [m]
   /// Forces that pull the cell along x and along y, whose length is free then [N]; none: the length is given.
   std::optional<double> load_x, load_y;
-  double pressure = 0;                ///< of two rigid, frictionless platens above and below [Pa]; 0: none
-  double slack_strain = 1e-4;         ///< within this strain of its rest length a bar's stiffness passes from that in compression to E
+  double pressure = 0;         ///< of two rigid, frictionless platens above and below [Pa]; 0: none
+  double slack_strain = 1e-4;  ///< within this strain of its rest length a bar's stiffness passes from that in compression to E
 
   std::vector<FiberType> types;
   std::vector<PairLaw> pair_laws;  ///< (types x types)
@@ -101,8 +101,8 @@ void add_fiber(Cell& cell, const CellFiber& fiber, std::vector<Vec3>& x);
 /// then what each free length of the cell has grown by.
 struct Unknowns {
   Eigen::Index nodes = 0;
-  std::vector<Eigen::Index> drawn;  ///< per fiber; -1: none
-  Eigen::Index platens = -1;        ///< lower; upper is the next; -1: none
+  std::vector<Eigen::Index> drawn;                ///< per fiber; -1: none
+  Eigen::Index platens = -1;                      ///< lower; upper is the next; -1: none
   std::array<Eigen::Index, 2> length = {-1, -1};  ///< of the cell along x, along y; -1: given
   Eigen::Index size = 0;
 

@@ -70,9 +70,9 @@ struct ContactState {
 /// Bars between the nodes: U = E A rho psi(e), e = l/rho - 1, with rho the rest length; psi'' = 1 in tension and the compression factor in
 /// compression, linear in between within the cell's slack strain.
 /// Under a prescribed tension T the rest length is free: all of a fiber's bars share what it draws in, w, as rho = rho_0 (1 + w / sum
-/// rho_0), at the price T* (sum rho - L), with L the given length of the cell and T* = T + T^2/(2 E A). For one bar the least U over rho is then
-/// T (l - L): a string of constant tension. One unknown for the whole fiber, and not one per bar, holds the nodes in place along it. Such
-/// bars are linear in compression too, which none of them is at a minimum.
+/// rho_0), at the price T* (sum rho - L), with L the given length of the cell and T* = T + T^2/(2 E A). For one bar the least U over rho is
+/// then T (l - L): a string of constant tension. One unknown for the whole fiber, and not one per bar, holds the nodes in place along it.
+/// Such bars are linear in compression too, which none of them is at a minimum.
 double bar_energy(const Cell& cell, const Unknowns& unknowns, const Eigen::VectorXd& q, Derivatives want, double* tension_work = nullptr);
 
 /// Strain of a bar of given rest length that is under a tension [N], compression being negative.
@@ -97,8 +97,8 @@ double platen_energy(const Cell& cell, const Unknowns& unknowns, const Eigen::Ve
 /// Minus the loads on the cell times what its free lengths have grown by.
 double load_energy(const Cell& cell, const Unknowns& unknowns, const Eigen::VectorXd& q, Derivatives want);
 
-/// Forces along x and along y that a cell at `q` bears: the derivative of its energy, without that of loads, by its lengths, rest lengths and
-/// platens staying as they are [N].
+/// Forces along x and along y that a cell at `q` bears: the derivative of its energy, without that of loads, by its lengths, rest lengths
+/// and platens staying as they are [N].
 Eigen::Vector2d borne_loads(const Cell& cell, const Eigen::VectorXd& q, const ContactSampling& sampling = {});
 
 /// The whole potential.

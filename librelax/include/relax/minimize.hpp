@@ -110,18 +110,18 @@ struct MinimizeResult {
   MinimizeState state;  ///< where it was interrupted; else empty
 };
 
-/// Largest prescribed tension of a fiber, or share of a fiber in a load on the cell, or, where there is none, the mean tension of the pulled bars at `q`, or, where there is none of
-/// these either, the tension at a strain of 1e-6 [N].
+/// Largest prescribed tension of a fiber, or share of a fiber in a load on the cell, or, where there is none, the mean tension of the
+/// pulled bars at `q`, or, where there is none of these either, the tension at a strain of 1e-6 [N].
 double reference_tension(const Cell& cell, const Eigen::VectorXd& q);
 
 /// Unknowns that pins hold.
 std::vector<Eigen::Index> pinned_unknowns(const Cell& cell);
 
 /// A first-order phase (preconditioned FIRE), until it is near or does not get nearer, then Newton's method from `q` to a certified
-/// minimum; free lengths of the cell move last; each Newton step's energy is less than the one before, or, where round-off hides that, its gradient. The true Hessian comes
-/// first; shifted, or without its indefinite terms, only where it is not positive definite. No node moves farther than half the skin in a
-/// step. At a saddle it goes on along the direction of negative curvature. A state that is no certified minimum is returned with what
-/// blocks it. Throws std::invalid_argument for a `q` of wrong size or not finite.
+/// minimum; free lengths of the cell move last; each Newton step's energy is less than the one before, or, where round-off hides that, its
+/// gradient. The true Hessian comes first; shifted, or without its indefinite terms, only where it is not positive definite. No node moves
+/// farther than half the skin in a step. At a saddle it goes on along the direction of negative curvature. A state that is no certified
+/// minimum is returned with what blocks it. Throws std::invalid_argument for a `q` of wrong size or not finite.
 MinimizeResult minimize(const Cell& cell, const Eigen::VectorXd& q, const MinimizeOptions& options = {});
 
 /// Goes on from where a minimization of the same cell with the same options was interrupted, to the same bits. Throws std::invalid_argument

@@ -13,13 +13,13 @@ enum class Role : std::uint8_t { reed, warp, weft };
 
 /// Properties shared by the digital fibers of one yarn type.
 struct FiberType {
-  double radius = 0;              ///< for contact [m]
-  double area = 0;                ///< solid [m^2]
-  double youngs_modulus = 0;      ///< [Pa]
-  double compression_factor = 1;  ///< of the axial stiffness in compression
-  double transverse_modulus = 0;  ///< E_T [Pa]
-  double density = 0;             ///< solid [kg/m^3]
-  double bending_stiffness = 0;   ///< E I of one digital fiber [N m^2]
+  double radius = 0;                           ///< for contact [m]
+  double area = 0;                             ///< solid [m^2]
+  double youngs_modulus = 0;                   ///< [Pa]
+  double compression_factor = 1;               ///< of the axial stiffness in compression
+  double transverse_modulus = 0;               ///< E_T [Pa]
+  double density = 0;                          ///< solid [kg/m^3]
+  double bending_stiffness = 0;                ///< E I of one digital fiber [N m^2]
   std::optional<double> friction_within = {};  ///< Coulomb coefficient between the fibers of one yarn; the model's if not given
 };
 
