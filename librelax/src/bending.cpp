@@ -18,8 +18,9 @@ double bending_energy(const Cell& cell, const Eigen::VectorXd& q, Derivatives wa
     energy += 0.5 * k * span.curve.squaredNorm();
     const Eigen::Index axis = cell.axis_of(cell.fiber_of[i]), length = unknowns.length[static_cast<std::size_t>(axis)];
     const double wraps = span.wrap[0] + span.wrap[2];  // the weights of both are 1
-    if (length >= 0 && want.gradient) (*want.gradient)[length] += k * wraps * span.curve[axis];
-    if (length >= 0 && want.hessian) {
+    const bool grows = length >= 0 && wraps != 0;
+    if (grows && want.gradient) (*want.gradient)[length] += k * wraps * span.curve[axis];
+    if (grows && want.hessian) {
       const Eigen::Index border = unknowns.border(length);
       want.hessian->add_corner(border, k * wraps * wraps);
       for (std::size_t a = 0; a < 3; ++a) want.hessian->add_border(border, span.node[a], k * wraps * weight[a] * Vec3::Unit(axis));

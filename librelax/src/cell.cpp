@@ -90,8 +90,10 @@ Eigen::VectorXd unknowns_at(const Cell& cell, const std::vector<Vec3>& x) {
 }
 
 void settle_lengths(Cell& cell, Eigen::VectorXd& q) {
+  const double area = cell.length_x * cell.length_y;
   cell.length_x = cell.length_x_at(q);
   cell.length_y = cell.length_y_at(q);
+  cell.pressure *= area / (cell.length_x * cell.length_y);
   for (const Eigen::Index u : Unknowns(cell).length) {
     if (u >= 0) q[u] = 0;
   }

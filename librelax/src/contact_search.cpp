@@ -235,7 +235,7 @@ SparseHessian hessian_for(const Cell& cell, const ContactList& list, const Eigen
       if (at.found) couple_once(own.node, at.span.node[1]);
     }
   }
-  // A length meets every other unknown that is no node's: rest lengths in the bars across a face, platens in the area under pressure.
+  // A length meets other unknowns that are no node's: rest lengths in the bars across a face, and the other length.
   const Eigen::Index lengths = (unknowns.length[0] >= 0) + (unknowns.length[1] >= 0);
   return {unknowns.nodes, std::move(pairs), std::move(border_nodes), lengths};
 }

@@ -455,20 +455,22 @@ MinimizeState start_at(const Cell& cell, const Eigen::VectorXd& q, const Minimiz
 }  // namespace
 
 double reference_tension(const Cell& cell, const Eigen::VectorXd& q) {
-  double prescribed = cell.tension.empty() ? 0 : *std::max_element(cell.tension.begin(), cell.tension.end());
-  const double wefts = std::accumulate(cell.weft.begin(), cell.weft.end(), 0.0), warps = static_cast<double>(cell.fibers()) - wefts;
-  if (cell.load_x && warps > 0) prescribed = std::max(prescribed, *cell.load_x / warps);
-  if (cell.load_y && wefts > 0) prescribed = std::max(prescribed, *cell.load_y / wefts);
+  const double prescribed = cell.tension.empty() ? 0 : *std::max_element(cell.tension.begin(), cell.tension.end());
   if (prescribed > 0) return prescribed;
-  double sum = 0, axial = 0;
+  double axial = 0;
+  for (const FiberType& type : cell.types) axial = std::max(axial, type.youngs_modulus * type.area);
+  const double least = 1e-6 * axial;
+  const double wefts = std::accumulate(cell.weft.begin(), cell.weft.end(), 0.0), warps = static_cast<double>(cell.fibers()) - wefts;
+  const double share = std::max(cell.load_x && warps > 0 ? *cell.load_x / warps : 0, cell.load_y && wefts > 0 ? *cell.load_y / wefts : 0);
+  if (cell.load_x || cell.load_y) return std::max(share, least);
+  double sum = 0;
   int pulled = 0;
   for (const double t : bar_tensions(cell, Unknowns(cell), q)) {
     if (t <= 0) continue;
     sum += t;
     ++pulled;
   }
-  for (const FiberType& type : cell.types) axial = std::max(axial, type.youngs_modulus * type.area);
-  return std::max(pulled > 0 ? sum / pulled : 0, 1e-6 * axial);
+  return std::max(pulled > 0 ? sum / pulled : 0, least);
 }
 
 std::vector<Eigen::Index> pinned_unknowns(const Cell& cell) {

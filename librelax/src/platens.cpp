@@ -1,5 +1,3 @@
-#include <array>
-
 #include "line_law.hpp"
 #include "relax/energy.hpp"
 #include "spline.hpp"
@@ -13,22 +11,11 @@ constexpr int samples = 8;  ///< on a span of two diameters, as between yarns bu
 
 double platen_energy(const Cell& cell, const Unknowns& unknowns, const Eigen::VectorXd& q, Derivatives want) {
   if (unknowns.platens < 0) return 0;
-  const std::array<double, 2> lengths = {cell.length_x_at(q), cell.length_y_at(q)};
-  const double load = cell.pressure * lengths[0] * lengths[1], height = q[unknowns.platens + 1] - q[unknowns.platens];
-  double energy = load * height;
+  const double load = cell.pressure * cell.length_x * cell.length_y;
+  double energy = load * (q[unknowns.platens + 1] - q[unknowns.platens]);
   if (want.gradient) {
     (*want.gradient)[unknowns.platens] -= load;
     (*want.gradient)[unknowns.platens + 1] += load;
-  }
-  for (std::size_t axis = 0; axis < 2; ++axis) {
-    if (unknowns.length[axis] < 0) continue;
-    const Eigen::Index border = unknowns.border(unknowns.length[axis]);
-    const double by_height = load / lengths[axis];
-    if (want.gradient) (*want.gradient)[unknowns.length[axis]] += by_height * height;
-    if (!want.hessian || want.convex) continue;  // a product of unknowns is not convex
-    want.hessian->add_corner(border, unknowns.border(unknowns.platens), -by_height);
-    want.hessian->add_corner(border, unknowns.border(unknowns.platens + 1), by_height);
-    if (axis == 1 && unknowns.length[0] >= 0) want.hessian->add_corner(border, unknowns.border(unknowns.length[0]), cell.pressure * height);
   }
   for (std::uint32_t i = 0; i < cell.nodes(); ++i) {
     const std::uint32_t f = cell.fiber_of[i];

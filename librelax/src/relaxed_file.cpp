@@ -130,6 +130,7 @@ Checkpoint read_checkpoint(const std::filesystem::path& file) {
     const auto counters = in.read<std::int32_t>("/state/counters");
     for (std::size_t i = 0; int* n : counters_of(s)) *n = counters.at(i++);
     const auto flags = in.read<std::uint8_t>("/state/flags");
+    if (flags.size() != flags_of(s).size()) throw std::runtime_error("a checkpoint of another version of Heddle: relax the cell anew");
     for (std::size_t i = 0; bool* b : flags_of(s)) *b = flags.at(i++) != 0;
     each_vector(s, [&](const char* name, Eigen::VectorXd& v) { v = read_unknowns(in, std::string("/state/") + name); });
     s.history = read_history(in);

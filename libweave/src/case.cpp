@@ -130,7 +130,7 @@ std::string to_toml(const Case& c) {
     t.write("packing", yarn.packing);
     t.write("compression_factor", yarn.compression_factor);
     t.write("bending_stiffness", yarn.bending_stiffness);
-    t.write("friction_within", yarn.friction_within);
+    if (yarn.friction_within) t.write("friction_within", *yarn.friction_within);
     t.write("fibers", yarn.fibers);
     if (!yarn.material.empty()) t.write("material", yarn.material);
   }

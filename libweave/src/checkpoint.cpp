@@ -12,7 +12,8 @@
 namespace weave {
 namespace {
 
-/// Rises with every change of what a checkpoint holds or of what it means. 1: contacts on poly-lines; 2: on spans of smooth axes.
+/// Rises with every change of what a checkpoint holds or of what it means. 1: contacts on poly-lines; 2: on spans of smooth axes; 3: with
+/// the friction within each type of yarn.
 constexpr std::int64_t format = 3;
 
 void write_vectors(Hdf5File& file, const std::string& path, const std::vector<Vec3>& v) {

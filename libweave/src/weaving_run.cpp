@@ -566,7 +566,7 @@ RunEstimate estimate_run(const Case& c) {
     e.explicit_time_step = std::min(e.explicit_time_step, c.numerics.element_length * 2 * r * std::sqrt(y.density / y.youngs_modulus));
     // Two neighbors, each overlapping a twentieth of the reach: what a beat-up does to a yarn.
     const PairLaw law = PairLaw::of(r, r, y.transverse_modulus, y.transverse_modulus);
-    const double k = 2 * law.line_stiffness(0.05 * law.reach) * (1 + std::max(c.friction, y.friction_within));
+    const double k = 2 * law.line_stiffness(0.05 * law.reach) * (1 + std::max(c.friction, y.friction_within.value_or(0)));
     contact_step = std::min(contact_step, c.numerics.safety * 2 / std::sqrt(2 * k / (y.density * area)));
   }
   e.time_step = c.numerics.time_step > 0 ? c.numerics.time_step : contact_step;

@@ -18,6 +18,13 @@ PosedCell small_cell() {
   return plain_weave_cell({.fibers = 3, .pitch = 7e-4}, 0.5, 2);
 }
 
+/// The same with its length along x free.
+PosedCell loaded_cell() {
+  PosedCell p = small_cell();
+  p.cell.load_x = 0.95;  // of the warps' 1 N
+  return p;
+}
+
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::string& name) : path_(temporary(name)) {}
@@ -43,8 +50,7 @@ void expect_same_bits(const relax::MinimizeResult& a, const relax::MinimizeResul
   }
 }
 
-TEST(relax_restart, same_bits_after_a_checkpoint_at_any_iteration) {
-  const PosedCell p = small_cell();
+void check_restarts(const PosedCell& p) {
   const Eigen::VectorXd q = p.unknowns();
   const relax::MinimizeResult straight = relax::minimize(p.cell, q);
   ASSERT_TRUE(straight.certificate.converged) << straight.certificate.blocked_by;
@@ -61,8 +67,18 @@ TEST(relax_restart, same_bits_after_a_checkpoint_at_any_iteration) {
     const relax::Checkpoint c = relax::read_checkpoint(file.path());
     EXPECT_EQ(c.cell_start, q);
     EXPECT_EQ(c.wall, 1.5);
+    EXPECT_EQ(c.cell.load_x, p.cell.load_x);
+    EXPECT_EQ(c.cell.load_y, p.cell.load_y);
     expect_same_bits(relax::resume(c.cell, c.state), straight);
   }
+}
+
+TEST(relax_restart, same_bits_after_a_checkpoint_at_any_iteration) {
+  check_restarts(small_cell());
+}
+
+TEST(relax_restart, same_bits_where_the_cells_length_is_free) {
+  check_restarts(loaded_cell());
 }
 
 TEST(relax_restart, checkpoints_on_the_way_change_nothing) {

@@ -142,7 +142,6 @@ TEST(relax_derivatives, of_the_cells_lengths) {
     });
     check("bending", 1e-8, [&](const Eigen::VectorXd& q, Derivatives want) { return relax::bending_energy(cell, q, want); });
     check("contact", 1e-3, [&](const Eigen::VectorXd& q, Derivatives want) { return relax::contact_energy(cell, s.list, q, want); });
-    check("platens", 1e-4, [&](const Eigen::VectorXd& q, Derivatives want) { return relax::platen_energy(cell, s.unknowns, q, want); });
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(s.q.size());
     const double energy = relax::load_energy(cell, s.unknowns, s.q, {&gradient, nullptr, false});
     EXPECT_NEAR(energy / gradient.dot(s.q), 1, 1e-12);  // it is linear

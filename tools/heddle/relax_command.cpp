@@ -4,6 +4,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -98,6 +99,31 @@ Start start_of(const RelaxOptions& options) {
   topology.element_length = options.element_length > 0 ? options.element_length : start.c.numerics.element_length;
   std::tie(start.cell, start.x) = relax::cell_from_topology(start.c, topology);
   return start;
+}
+
+/// Throws where loads would leave the size of a cell open: against prescribed tensions it grows without bound under as much, and has no
+/// size of its own where both its lengths are free.
+void check_loads(const relax::Cell& cell) {
+  std::array<double, 2> pulled = {0, 0};
+  std::array<bool, 2> by_tension = {true, true};
+  for (std::size_t f = 0; f < cell.fibers(); ++f) {
+    const auto axis = static_cast<std::size_t>(cell.axis_of(f));
+    pulled[axis] += cell.tension[f];
+    by_tension[axis] = by_tension[axis] && cell.tension[f] > 0;
+  }
+  const std::array<std::optional<double>, 2> load = {cell.load_x, cell.load_y};
+  for (const std::size_t axis : {0, 1}) {
+    if (load[axis] && by_tension[axis] && *load[axis] >= pulled[axis]) {
+      throw std::invalid_argument(
+          fmt::format("--load-{} = {:g}: must be < {:g} N, the prescribed tension of all {}, or the cell grows without bound", "xy"[axis],
+                      *load[axis], pulled[axis], axis == 0 ? "warps" : "wefts"));
+    }
+  }
+  if (load[0] && load[1] && by_tension[0] && by_tension[1]) {
+    throw std::invalid_argument(
+        "--load-x, --load-y: both with prescribed tensions of warps and wefts leave the size of the cell open; give one, or the yarns' "
+        "lengths by a woven cell without --warp-tension and --weft-tension");
+  }
 }
 
 /// The options that a state depends on, a line for each.
@@ -205,8 +231,18 @@ class Relaxation {
     return std::move(relaxed_);
   }
 
+  /// Takes free lengths as those of the cell, and counts the energy from these, as any reader of the file does.
+  void settle_lengths() {
+    relax::Cell& cell = relaxed_.cell;
+    if (!cell.load_x && !cell.load_y) return;
+    Eigen::VectorXd& q = relaxed_.result.q;
+    relax::settle_lengths(cell, q);
+    relaxed_.result.energy = relax::potential(cell, relax::Unknowns(cell), relax::find_contacts(cell, q, 0), q, {});
+  }
+
   void finish() {
-    relax::settle_lengths(relaxed_.cell, relaxed_.result.q);
+    const Eigen::MatrixXi order = relax::crossing_order(relaxed_.cell, cell_start_);
+    settle_lengths();
     const relax::MinimizeResult& result = relaxed_.result;
     const relax::Cell& cell = relaxed_.cell;
     relaxed_.snapshot = relax::snapshot_of(cell, result.q);
@@ -217,7 +253,7 @@ class Relaxation {
     context.case_toml = case_toml_;
     context.start = start_.woven ? "woven" : "topology";
     context.mismatch = start_.mismatch;
-    context.violations = relax::order_violations(relax::crossing_order(cell, cell_start_), relax::crossing_order(cell, result.q));
+    context.violations = relax::order_violations(order, relax::crossing_order(cell, result.q));
     context.wall = wall();
     relax::write_relaxed(output_ / "relax.vtkhdf",
                          {cell, result.q, result.history, case_toml_, options_text_, relax::version(), result.certificate.blocked_by});
@@ -255,6 +291,8 @@ std::vector<std::pair<std::string, double>> figures_of(const Relaxed& r) {
                                                          {"thickness_mean_m", m.thickness_mean},
                                                          {"fiber_volume_fraction", m.fiber_volume_fraction},
                                                          {"fiber_volume_fraction_mean", m.fiber_volume_fraction_mean},
+                                                         {"cell_length_m", r.cell.length_x},
+                                                         {"cell_width_m", r.cell.length_y},
                                                          {"energy_J", r.result.energy.sum()},
                                                          {"crimp_warp", m.crimp_warp},
                                                          {"crimp_weft", m.crimp_weft}};
@@ -341,12 +379,7 @@ int relax_command(const RelaxOptions& options) {
   start.cell.pressure = options.pressure;
   start.cell.load_x = options.load_x;
   start.cell.load_y = options.load_y;
-  const bool all_by_tension = std::all_of(start.cell.tension.begin(), start.cell.tension.end(), [](double t) { return t > 0; });
-  if (options.load_x && options.load_y && all_by_tension) {
-    throw std::invalid_argument(
-        "--load-x, --load-y: both with prescribed tensions of warps and wefts leave the size of the cell open; give one, or the yarns' "
-        "lengths by a woven cell without --warp-tension and --weft-tension");
-  }
+  check_loads(start.cell);
   const std::filesystem::path output =
       options.output.empty() ? std::filesystem::path("results") / (start.c.name + "_relaxed") : options.output;
   if (!options.series.empty()) return relax_series(options, start, output);

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "heddle/edge_length.hpp"
 #include "heddle/envelope_command.hpp"
 #include "heddle/homogenize_command.hpp"
 #include "heddle/relax_command.hpp"
@@ -99,11 +100,10 @@ std::vector<std::string> keys_of(const std::string& stage) {
             "wall_s"};
   }
   if (stage == "relax") {
-    return {"converged",    "blocked_by",        "fibers_per_yarn",       "unknowns",
-            "gradient_max", "positive_definite", "newton_step_max",       "energy_J",
-            "thickness_m",  "thickness_mean_m",  "fiber_volume_fraction", "crimp_warp",
-            "crimp_weft",   "order_violations",  "overlap_max",           "iterations",
-            "wall_s"};
+    return {"converged",       "blocked_by",    "fibers_per_yarn", "unknowns",         "gradient_max",          "positive_definite",
+            "newton_step_max", "energy_J",      "thickness_m",     "thickness_mean_m", "fiber_volume_fraction", "crimp_warp",
+            "crimp_weft",      "cell_length_m", "cell_width_m",    "borne_load_x_N",   "borne_load_y_N",        "order_violations",
+            "overlap_max",     "iterations",    "wall_s"};
   }
   if (stage == "envelope") {
     return {"yarns",
@@ -152,6 +152,7 @@ int run_command(const PipelineOptions& options) {
   homogenize_options.fiber = options.fiber;
   homogenize_options.elements = options.elements;
   homogenize_options.tetrahedra = options.tetrahedra;
+  parse_edge_length(options.edge_length);
   if (options.until == stage_names.back()) constituents_of(homogenize_options, c);  // what it can not take is said before the weaving
   const path output = options.output.empty() ? path("results") / c.name : options.output;
   Pipeline pipeline(output);
@@ -184,7 +185,8 @@ int run_command(const PipelineOptions& options) {
       o.pressure = options.pressure;
       o.load_x = options.load_x;
       o.load_y = options.load_y;
-      o.resume = unfinished && std::filesystem::exists(relaxed / "checkpoint.h5");
+      if (!unfinished) std::filesystem::remove(relaxed / "checkpoint.h5");  // of other inputs
+      o.resume = std::filesystem::exists(relaxed / "checkpoint.h5");
       o.quiet = options.quiet;
       const int result = relax_command(o);
       if (result < 2) draw(relaxed);

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "heddle/envelope_command.hpp"
+
 namespace heddle {
 
 struct PipelineOptions {
@@ -14,11 +16,11 @@ struct PipelineOptions {
   int fibers = 0;                        ///< per yarn, of the relaxed cell; 0: as woven
   double pressure = 0;                   ///< of platens, in the relaxation [Pa]
   std::optional<double> load_x, load_y;  ///< under which the lengths of the relaxed cell are free [N]; none: as woven
-  std::string edge_length = "0.4";       ///< of the yarns' surfaces, in fiber diameters, or with a unit of length
-  int elements = 12000;                  ///< of the homogenized mesh, about
-  bool tetrahedra = false;               ///< in place of voxels, as fine as the yarns' surfaces
-  std::string fiber;                     ///< material of the fibers, one of weave::known_fibers(); empty: as the case says, else "e_glass"
-  bool unconverged = false;              ///< go on with a relaxed cell that is no certified minimum
+  std::string edge_length = EnvelopeCommandOptions{}.edge_length;  ///< of the yarns' surfaces, in fiber diameters, or with a unit of length
+  int elements = 12000;                                            ///< of the homogenized mesh, about
+  bool tetrahedra = false;                                         ///< in place of voxels, as fine as the yarns' surfaces
+  std::string fiber;         ///< material of the fibers, one of weave::known_fibers(); empty: as the case says, else "e_glass"
+  bool unconverged = false;  ///< go on with a relaxed cell that is no certified minimum
   bool quiet = false;
 };
 

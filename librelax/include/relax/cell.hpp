@@ -23,7 +23,7 @@ struct Cell {
   double length_x = 0, length_y = 0;  ///< where they are given, else at the start [m]
   /// Forces that pull the cell along x and along y, whose length is free then [N]; none: the length is given.
   std::optional<double> load_x, load_y;
-  double pressure = 0;         ///< of two rigid, frictionless platens above and below [Pa]; 0: none
+  double pressure = 0;         ///< of two rigid, frictionless platens on the area of the given lengths [Pa]; 0: none
   double slack_strain = 1e-4;  ///< within this strain of its rest length a bar's stiffness passes from that in compression to E
 
   std::vector<FiberType> types;
@@ -107,8 +107,8 @@ struct Unknowns {
   Eigen::Index size = 0;
 
   explicit Unknowns(const Cell& cell);
-  /// How far a step may bring two points of neighboring images together, halved: the largest way of a node or a platen, and what the cell
-  /// grows by [m].
+  /// Half of what a step may bring two points of neighboring images together by, at most: the largest way of a node or a platen, and what
+  /// the cell grows by [m].
   [[nodiscard]] double way(const Eigen::VectorXd& step) const;
   [[nodiscard]] Eigen::Index borders() const { return size - 3 * nodes; }
   /// Number of an unknown that is no node's among those.
@@ -118,7 +118,7 @@ struct Unknowns {
 /// Unknowns for nodes at `x`: no rest length drawn in, platens touching the highest and the lowest fiber.
 Eigen::VectorXd unknowns_at(const Cell& cell, const std::vector<Vec3>& x);
 
-/// Takes free lengths at `q` as those of the cell, and sets what they have grown by to zero.
+/// Takes free lengths at `q` as those of the cell, and sets what they have grown by to zero. The platens keep their force.
 void settle_lengths(Cell& cell, Eigen::VectorXd& q);
 
 /// Point of a fiber's axis at `share` (0...1) of span `node` [m].

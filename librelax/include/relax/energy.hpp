@@ -36,7 +36,7 @@ struct ContactList {
   std::vector<double> gap;   ///< of each at `built_at`: the least distance from a touch of one of its points, below 0 if one touches [m]
   Eigen::VectorXd built_at;  ///< unknowns
 
-  /// Whether a node has moved too far for this list.
+  /// Whether a node has moved, or the cell grown, too far for this list.
   [[nodiscard]] bool late(const Cell& cell, const Eigen::VectorXd& q) const;
 };
 
@@ -46,7 +46,7 @@ struct ContactList {
 /// while the list lasts.
 ContactList find_contacts(const Cell& cell, const Eigen::VectorXd& q, double skin, const ContactSampling& sampling = {});
 
-/// Zero Hessian with room for bars, bending, platens and all contacts in the list, as they lie now and a little aside.
+/// Zero Hessian with room for bars, bending, platens, free lengths and all contacts in the list, as they lie now and a little aside.
 SparseHessian hessian_for(const Cell& cell, const ContactList& list, const Eigen::VectorXd& q);
 
 /// Parts of the potential energy [J].
@@ -90,6 +90,7 @@ double bending_energy(const Cell& cell, const Eigen::VectorXd& q, Derivatives wa
 double contact_energy(const Cell& cell, const ContactList& list, const Eigen::VectorXd& q, Derivatives want, ContactState* state = nullptr);
 
 /// Platens: rigid planes at heights that are unknowns, pressed together by the cell's pressure p: U = p area (z_upper - z_lower) + contact.
+/// The area is that of the given lengths, also where these are free: a force that followed the area would do work along x and y.
 /// A fiber and its mirror image meet in the plane between them, so contact with a rigid plane is half of the contact of the two, at twice
 /// the overlap.
 double platen_energy(const Cell& cell, const Unknowns& unknowns, const Eigen::VectorXd& q, Derivatives want);

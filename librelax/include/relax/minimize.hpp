@@ -32,7 +32,7 @@ struct MinimizeProgress {
   int iteration = 0;
   double energy = 0;         ///< [J]
   double gradient_max = 0;   ///< over the reference tension
-  double step_max = 0;       ///< largest way of a node in the step to here [m]
+  double step_max = 0;       ///< largest way of a node in the step to here, and what the cell grew by [m]
   double shift = 0;          ///< added to the Hessian for that step [N/m]
   bool first_order = false;  ///< energy and gradient are those before the step of the first-order phase
   bool convex = false;       ///< its indefinite terms were left out for that step
@@ -110,8 +110,8 @@ struct MinimizeResult {
   MinimizeState state;  ///< where it was interrupted; else empty
 };
 
-/// Largest prescribed tension of a fiber, or share of a fiber in a load on the cell, or, where there is none, the mean tension of the
-/// pulled bars at `q`, or, where there is none of these either, the tension at a strain of 1e-6 [N].
+/// Largest prescribed tension of a fiber, or, where there is none, the largest share of a fiber in the loads on the cell, or, where there
+/// is none, the mean tension of the pulled bars at `q`, or, where there is none of these either, the tension at a strain of 1e-6 [N].
 double reference_tension(const Cell& cell, const Eigen::VectorXd& q);
 
 /// Unknowns that pins hold.

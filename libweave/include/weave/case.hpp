@@ -25,7 +25,7 @@ struct YarnType {
   std::string material = {};         ///< of its fibers in a composite, one of Case::materials or known_fibers(); empty: not given
   /// Coulomb coefficient between the digital fibers of one yarn; Case::friction unless the case file gives it. They stand for packed
   /// filaments, which interlock, so that it may well be higher than between yarns.
-  double friction_within = 0;
+  std::optional<double> friction_within = {};
 
   [[nodiscard]] double fiber_area() const;    ///< solid area of one digital fiber [m^2]
   [[nodiscard]] double fiber_radius() const;  ///< contact radius of one digital fiber [m]
