@@ -59,7 +59,12 @@ void read_summary(const std::filesystem::path& file, ComparedState& state) {
                                std::to_string(state.cell.fibers()) + " with " + std::to_string(state.cell.nodes()));
     }
     const auto& e = j.at("energy_J");
-    state.energy = {e.at("bars"), e.at("bending"), e.at("contact"), e.at("tension"), e.at("platens"), e.at("loads")};
+    state.energy = {.bars = e.at("bars"),
+                    .bending = e.at("bending"),
+                    .contact = e.at("contact"),
+                    .tension = e.at("tension"),
+                    .platens = e.at("platens"),
+                    .loads = e.at("loads")};
     Certificate& c = state.certificate;
     each_finding(c, [&](const char* key, auto& value) { j.at(key).get_to(value); });
     const auto& error = j.at("energy_error_J");

@@ -172,6 +172,18 @@ class CompareCommand : public OwnFolder {
   PlainWeave single{.fibers = 1, .pitch = 4e-4};
 };
 
+TEST_F(CompareCommand, reads_every_part_of_the_energy_by_its_name) {
+  const std::filesystem::path state = relaxed("a", single);
+  nlohmann::json summary;
+  std::ifstream(state / "summary.json") >> summary;
+  for (double value = 1; auto& part : summary.at("energy_J")) part = value++;
+  weave::write_text_file(state / "summary.json", summary.dump());
+  for (const auto& [name, value] : relax::named(relax::read_relaxed_state(state).energy)) {
+    if (name == "sum") continue;
+    EXPECT_EQ(value, summary["energy_J"].at(name)) << name;
+  }
+}
+
 TEST_F(CompareCommand, writes_figures_and_pictures) {
   const std::filesystem::path a = relaxed("a", single), b = relaxed("b", single), c = relaxed("c", single, 0.4);
   EXPECT_EQ(heddle::compare_command({.results = {a, b, c}, .woven = woven(single), .output = folder / "out"}), 0);

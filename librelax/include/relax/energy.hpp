@@ -53,8 +53,8 @@ SparseHessian hessian_for(const Cell& cell, const ContactList& list, const Eigen
 struct EnergyParts {
   double bars = 0, bending = 0, contact = 0;
   double tension = 0;  ///< prescribed tensions times the rest length in the cell beyond that of a straight fiber
-  double loads = 0;    ///< minus the loads times what the cell has grown by
   double platens = 0;  ///< contact with them, and pressure times volume between them
+  double loads = 0;    ///< minus the loads times what the cell has grown by
   [[nodiscard]] double sum() const { return bars + bending + contact + tension + platens + loads; }
 };
 
