@@ -13,8 +13,8 @@ namespace weave {
 namespace {
 
 /// Rises with every change of what a checkpoint holds or of what it means. 1: contacts on poly-lines; 2: on spans of smooth axes; 3: with
-/// the friction within each type of yarn.
-constexpr std::int64_t format = 3;
+/// the friction within each type of yarn; 4: with the amplitudes that the time step is bounded by, which 3 can do without.
+constexpr std::int64_t format = 4, oldest_format = 3;
 
 void write_vectors(Hdf5File& file, const std::string& path, const std::vector<Vec3>& v) {
   file.write_rows<double>(path, std::span<const double>(v.empty() ? nullptr : v.front().data(), 3 * v.size()), 3);
@@ -164,6 +164,8 @@ void write_checkpoint(const std::filesystem::path& path, const Checkpoint& c) {
   file.write("/state/moved", s.moved);
   write_vectors(file, "/state/x_pick", s.x_pick);
   file.write("/state/travel", s.travel);
+  file.write("/state/frequency2", std::vector<double>{s.frequency2});
+  file.write("/state/amplitude", s.amplitude);
   write_contacts(file, "/contacts/line", s.contacts.line);
   file.write("/contacts/line_of", s.contacts.line_of);
   write_active(file, "/contacts/active", s.contacts.active);
@@ -175,7 +177,7 @@ void write_checkpoint(const std::filesystem::path& path, const Checkpoint& c) {
 Checkpoint read_checkpoint(const std::filesystem::path& path) {
   const Hdf5File file = Hdf5File::open(path);
   const std::int64_t written = file.has("/format") ? file.read<std::int64_t>("/format").front() : 1;
-  if (written != format) {
+  if (written < oldest_format || written > format) {
     throw std::runtime_error(
         fmt::format("{}: a checkpoint of format {}, but this version of Heddle reads format {}; go on with the version "
                     "that wrote it, or weave the case anew",
@@ -210,6 +212,10 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
   s.moved = file.read<double>("/state/moved");
   s.x_pick = read_vectors(file, "/state/x_pick");
   s.travel = file.read<double>("/state/travel");
+  if (written >= 4) {
+    s.frequency2 = file.read<double>("/state/frequency2").front();
+    s.amplitude = file.read<double>("/state/amplitude");
+  }
   s.contacts.line = read_contacts(file, "/contacts/line");
   s.contacts.line_of = file.read<std::uint32_t>("/contacts/line_of");
   s.contacts.active = read_active(file, "/contacts/active");

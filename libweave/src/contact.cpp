@@ -177,7 +177,7 @@ inline Vec3 unit_normal(const PairLaw& law, const Vec3& separation, double dista
 }
 
 inline ContactStiffness stiffness_along(const Vec3& n, double normal, double friction, bool all_round) {
-  return {n.cast<float>(), static_cast<float>(normal), static_cast<float>(friction), all_round};
+  return {n.cast<float>(), static_cast<float>(normal), static_cast<float>(friction), 0, all_round};
 }
 
 /// Adds what a contact does to the nodes that carry the place u of a span; t the touched fiber's unit tangent.
@@ -185,9 +185,19 @@ void add_stiffness(const Model& m, const FiberGeometry& g, std::uint32_t fiber, 
                    const Vec3& t, std::span<DirectionalStiffness> stiffness) {
   const SpanNodes nodes = nodes_of_span(m, fiber, span);
   const Vec3 share = node_shares(g.span[span], u);
-  if (nodes.has_before) felt.add_to(stiffness[nodes.before], share[0], t);
-  felt.add_to(stiffness[nodes.here], share[1], t);
-  if (nodes.has_after) felt.add_to(stiffness[nodes.after], share[2], t);
+  if (nodes.has_before) felt.add_to(stiffness[nodes.before], share[0], g.amplitude[nodes.before], t);
+  felt.add_to(stiffness[nodes.here], share[1], g.amplitude[nodes.here], t);
+  if (nodes.has_after) felt.add_to(stiffness[nodes.after], share[2], g.amplitude[nodes.after], t);
+}
+
+/// Guess at the amplitude of the place u of a span in the fastest oscillation, as its nodes have it.
+double swing_at(const Model& m, const FiberGeometry& g, std::uint32_t fiber, std::uint32_t span, double u) {
+  const SpanNodes nodes = nodes_of_span(m, fiber, span);
+  const Vec3 share = node_shares(g.span[span], u);
+  double swing = share[1] * g.amplitude[nodes.here];
+  if (nodes.has_before) swing += share[0] * g.amplitude[nodes.before];
+  if (nodes.has_after) swing += share[2] * g.amplitude[nodes.after];
+  return swing;
 }
 
 /// Normal force of a contact, summed over its samples.
@@ -348,7 +358,10 @@ void line_contact(const Target& at, LineContact& c, FrictionSpring& spring, cons
   }
   const double arm = apart.norm();
   const Vec3 n = unit_normal(law, apart, arm);
-  const ContactStiffness felt = stiffness_along(n, share * normal.bound, share * friction_stiffness, true);
+  ContactStiffness felt = stiffness_along(n, share * normal.bound, share * friction_stiffness, true);
+  if (held && !on_reed && !reaction[1].active) {
+    felt.swing = static_cast<float>(swing_at(m, g, at.fiber, p, on_a.u) + swing_at(m, g, other, c.span, on_b.u));
+  }
   const Slip slip = slip_of(g, on_a, on_b, n, arm, one_yarn, at.dt);
   if (friction > 0) {
     if (!touches) return part(spring, slip, sums.slip_loss);
@@ -371,6 +384,7 @@ void line_contact(const Target& at, LineContact& c, FrictionSpring& spring, cons
   }
   at.force[p] += normal.force;
   add_stiffness(m, g, at.fiber, p, on_a.u, felt, slip.t_b, at.stiffness);
+  reaction[0].stiffness.swing = felt.swing;
 }
 
 /// Node-to-node law of Yang 2015, eq. (3)-(7), kept to compare with: force along the part of the node-to-node vector normal to each
@@ -410,7 +424,7 @@ void node_contact(const Target& at, LineContact& c, FrictionSpring& spring, Reac
     return stiffness_along(to / std::max(to.norm(), 1e-3 * law.reach), normal_stiffness, friction * kn, false);
   };
   at.force[p].add_to_node(on_node);
-  felt(to_p).add_to(at.stiffness[p], 1, t);
+  felt(to_p).add_to(at.stiffness[p], 1, 1, t);
   reaction = {{}, felt(to_q), 0, other, true};
   reaction.force.add_to_node(on_other);
   if (at.with_energy) sums.energy += weight * law.line_energy(overlap);
@@ -535,7 +549,7 @@ void gather_reactions(const Model& model, const FiberGeometry& geometry, const C
       const Reaction& r = active.reaction[k];
       force[r.span] += r.force;
       if (model.node_contact && model.role[fiber] != Role::reed) {
-        r.stiffness.add_to(stiffness[r.span], 1, geometry.span[r.span].slope.normalized());
+        r.stiffness.add_to(stiffness[r.span], 1, 1, geometry.span[r.span].slope.normalized());
       } else {
         add_stiffness(model, geometry, fiber, r.span, r.at, r.stiffness, geometry.span[r.span].tangent(r.at).normalized(), stiffness);
       }

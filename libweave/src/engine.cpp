@@ -20,15 +20,11 @@ constexpr double step_growth = 1.05;
 constexpr double ways_ahead =
     2;  ///< last steps' ways that the next one is trusted not to exceed, where contacts that may be touched are looked for
 constexpr int calm_steps_to_grow = 50;
-constexpr double node_cost = 2;  ///< of a node's bar and motion, in units of a contact at hand, most of which sleep
-
-/// Bound on the squared frequency of a node [1/s^2], or any number up to `known` where it is below that.
-double largest_frequency2(const DirectionalStiffness& stiffness, double inverse_mass, double known) {
-  const double bound = 2 * inverse_mass * stiffness.trace();
-  if (bound <= known) return bound;
-  const double root = std::sqrt(std::sqrt(std::sqrt(stiffness.eighth_powers())));
-  return 2 * inverse_mass * root;
-}
+/// Share of the power method in the guess at the fastest oscillation, which would otherwise be even; near 1 it follows single nodes too
+/// closely.
+constexpr double amplitude_gain = 0.85;
+constexpr double frequency_smoothing = 0.02;  ///< weight of one step
+constexpr double node_cost = 2;               ///< of a node's bar and motion, in units of a contact at hand, most of which sleep
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -71,6 +67,7 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   if (state_.dt <= 0) state_.dt = options_.time_step > 0 ? options_.time_step : first_step;
   const bool fresh = state_.x_pick.size() != n;
   if (state_.travel.size() != n) state_.travel.assign(n, 0);
+  if (state_.amplitude.size() != n) state_.amplitude.assign(n, 1);
   double dt = state_.dt_before;
   if (dt <= 0) {
     double speed2 = 0;
@@ -98,7 +95,7 @@ std::pair<Model, State> Engine::release() && {
 }
 
 FiberGeometry Engine::geometry() const {
-  return {state_.x, state_.v, span_, rate_, state_.travel, reach_ahead_, turning_.rate()};
+  return {state_.x, state_.v, span_, rate_, state_.travel, reach_ahead_, turning_.rate(), state_.amplitude};
 }
 
 void Engine::refresh_geometry(std::uint32_t f) {
@@ -241,14 +238,14 @@ void Engine::add_bar_forces(std::uint32_t f, bool with_energy) {
     if (with_energy) sums.stored.bars += 0.5 * bar_energy_[s];
     // Sideways a taut bar is a string; along it an explicit bar is a spring.
     DirectionalStiffness stiffness;
-    stiffness.add_all_round(std::max(k * stretch, 0.0) / rest);
+    stiffness.add_all_round(2 * std::max(k * stretch, 0.0) / rest);
     if (!model_.implicit_axial) {
       const double rate = (state_.v[s + 1] - state_.v[s]).dot(bar_tangent_[s]);
       tension_[s] = k * stretch + c * rate;
       const Vec3 on_first = tension_[s] * bar_tangent_[s];
       force_[s] += on_first;
       force_[s + 1] -= on_first;
-      stiffness.add(k, bar_tangent_[s]);
+      stiffness.add(2 * k, bar_tangent_[s]);
     }
     stiffness_[s] += stiffness;
     stiffness_[s + 1] += stiffness;
@@ -268,7 +265,7 @@ void Engine::add_bar_forces(std::uint32_t f, bool with_energy) {
     force_[before + 1] -= g1;
     force_[p] += g2;
     force_[p + 1] -= g2;
-    const double stiffness = 4 * b / (bar_length_[p] * bar_length_[p]);
+    const double stiffness = 8 * b / (bar_length_[p] * bar_length_[p]);
     for (const std::uint32_t q : {before, p, p + 1}) stiffness_[q].add_all_round(stiffness);
     if (with_energy) sums.stored.bending += b * (1 - cosine);
   }
@@ -347,6 +344,20 @@ void Engine::look_ahead(std::uint32_t f) {
   }
 }
 
+/// Bound on the squared frequencies of a node [1/s^2]; where it is far below the largest, a loose one. Takes a step toward the node's
+/// amplitude in the fastest oscillation, (1 - gain K/m / omega^2)^-1 of an even one: no guess makes a bound wrong, a good one makes it low.
+double Engine::bound_frequency(std::uint32_t p) {
+  double bound = model_.inverse_mass[p] * stiffness_[p].trace();
+  if (!(bound < 0.5 * state_.frequency2)) {
+    bound = model_.inverse_mass[p] * std::sqrt(std::sqrt(std::sqrt(stiffness_[p].eighth_powers())));
+  }
+  if (state_.frequency2 > 0) {
+    double& amplitude = state_.amplitude[p];
+    amplitude = 1 + amplitude_gain * std::min(bound / state_.frequency2, 1.0) * amplitude;
+  }
+  return bound;
+}
+
 void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
   PerFiber& sums = per_fiber_[f];
   const double slip = sums.flows.slip;
@@ -391,7 +402,7 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
     }
     force_[p] -= model_.damping * model_.mass[p] * state_.v[p];
     w[p] = kick * model_.inverse_mass[p] * force_[p];
-    sums.frequency2 = std::max(sums.frequency2, largest_frequency2(stiffness_[p], model_.inverse_mass[p], sums.frequency2));
+    sums.frequency2 = std::max(sums.frequency2, bound_frequency(p));
   }
   if (closed) w[last] = w[begin];
 
@@ -626,6 +637,8 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
     return report;
   }
   choose_time_step(frequency2, speed2);
+  const double weight = state_.frequency2 > 0 ? frequency_smoothing : 1;
+  state_.frequency2 += weight * (frequency2 - state_.frequency2);
   if (std::sqrt(moved_pick2) > 0.5 * options_.skin) {
     pick();
     moved_pick2 = reed_moved2 = 0;

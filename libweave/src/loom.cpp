@@ -140,6 +140,7 @@ void put_together(const Rebuild& r, Model& m, State& s) {
   s.moved.clear();
   s.x_pick.clear();
   s.travel.clear();
+  s.amplitude.clear();
   s.contacts = std::move(contacts);
 }
 

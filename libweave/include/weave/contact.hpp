@@ -37,10 +37,12 @@ struct LineContact {
 struct ContactStiffness {
   Eigen::Vector3f n = Eigen::Vector3f::Zero();
   float normal = 0, friction = 0;  ///< [N/m]
+  float swing = 0;                 ///< sum of the two ends' amplitudes, Y of DirectionalStiffness; 0: a new contact, c = 2
   bool all_round = false;
 
-  /// Adds a share of it to what a node feels; t the touched bar's unit tangent.
-  void add_to(DirectionalStiffness& node, double share, const Vec3& t) const {
+  /// Adds a share of it to what a node of an amplitude feels; t the touched bar's unit tangent.
+  void add_to(DirectionalStiffness& node, double share_of_end, double amplitude, const Vec3& t) const {
+    const double share = share_of_end * (swing > 0 ? swing / amplitude : 2);
     const Vec3 along = n.cast<double>();
     if (all_round) {
       node.add(share * (normal - friction), along);
@@ -92,6 +94,7 @@ struct FiberGeometry {
   std::span<const double> travel;       ///< longest way that a node near this one can have gone since the start [m]
   std::span<const double> reach_ahead;  ///< longest way that it can have gone after the next step [m]
   std::span<const double> turn;         ///< of the yarn's section through the node, about the yarn's axis [rad/s]
+  std::span<const double> amplitude;    ///< guess at how far each node swings in the fastest oscillation, relative, positive
 };
 
 /// Sums over the contacts owned by one fiber.

@@ -75,6 +75,8 @@ struct State {
   std::int64_t searches = 0, picks_of_active = 0;
   std::int64_t late_searches = 0;  ///< steps whose contacts came from a list that had run out
   int calm_steps = 0;              ///< steps since the time step was near its limit
+  double frequency2 = 0;           ///< bound on the nodes' squared frequencies, smoothed over the last steps [1/s^2]
+  std::vector<double> amplitude;   ///< (nodes) guess at how far each swings in the fastest oscillation, relative, at least 1
 };
 
 /// Wall time by stage since the start [s].
@@ -109,7 +111,7 @@ class Engine {
     ContactSums contact;
     Flows flows;
     Ledger stored;
-    double frequency2 = 0;   ///< largest stiffness / mass of a node [1/s^2]
+    double frequency2 = 0;   ///< bound on the squared frequencies of its nodes [1/s^2]
     double moved_pick2 = 0;  ///< largest squared distance from x_pick
     double speed2 = 0;
     bool finite = true;
@@ -119,6 +121,7 @@ class Engine {
   void find_ways(std::uint32_t fiber, double dt);
   void add_travel(std::uint32_t fiber);
   void look_ahead(std::uint32_t fiber);
+  double bound_frequency(std::uint32_t node);
   void move_fiber(std::uint32_t fiber, const Drive& drive, bool with_energy);
   void add_bar_forces(std::uint32_t fiber, bool with_energy);
   void pull_bars(std::uint32_t fiber);

@@ -3,10 +3,11 @@
 
 namespace weave {
 
-/// Stiffness that one node feels, by direction: the sum of w k n n^T over the springs at the node, k [N/m] the stiffness of a spring along
-/// the unit vector n and w the share of its end that the node carries. Where a spring's end is spread over nodes by shares that add up to
-/// one, (n . (u_a - u_b))^2 <= 2 sum of w (n . u)^2 over the nodes of both ends, so no frequency of the nodes is above omega^2 = 2
-/// max(largest eigenvalue / m).
+/// Stiffness that one node feels, by direction: the sum of c w k n n^T over the springs at the node, k [N/m] the stiffness of a spring
+/// along the unit vector n and w the share of its end that the node carries. With any positive numbers y of the nodes, c = Y/y, Y the sum
+/// of w y over the nodes of both ends, makes (n . (u_a - u_b))^2 <= sum of c w (n . u)^2 (Cauchy), so that no frequency of the nodes is
+/// above omega^2 = max(largest eigenvalue / m); so does c = 2, spring by spring. The nearer the y are to how far the nodes swing in the
+/// fastest oscillation, the lower is the bound (Collatz 1942).
 struct DirectionalStiffness {
   double xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;  ///< [N/m]
 
