@@ -13,7 +13,8 @@ namespace weave {
 namespace {
 
 /// Rises with every change of what a checkpoint holds or of what it means. 1: contacts on poly-lines; 2: on spans of smooth axes; 3: with
-/// the friction within each type of yarn; 4: with the amplitudes that the time step is bounded by, which 3 can do without.
+/// the friction within each type of yarn; 4: with the amplitudes that the time step is bounded by and the last step's tensions, which 3 can
+/// do without.
 constexpr std::int64_t format = 4, oldest_format = 3;
 
 void write_vectors(Hdf5File& file, const std::string& path, const std::vector<Vec3>& v) {
@@ -166,6 +167,7 @@ void write_checkpoint(const std::filesystem::path& path, const Checkpoint& c) {
   file.write("/state/travel", s.travel);
   file.write("/state/frequency2", std::vector<double>{s.frequency2});
   file.write("/state/amplitude", s.amplitude);
+  file.write("/state/tension", s.tension);
   write_contacts(file, "/contacts/line", s.contacts.line);
   file.write("/contacts/line_of", s.contacts.line_of);
   write_active(file, "/contacts/active", s.contacts.active);
@@ -215,6 +217,7 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
   if (written >= 4) {
     s.frequency2 = file.read<double>("/state/frequency2").front();
     s.amplitude = file.read<double>("/state/amplitude");
+    s.tension = file.read<double>("/state/tension");
   }
   s.contacts.line = read_contacts(file, "/contacts/line");
   s.contacts.line_of = file.read<std::uint32_t>("/contacts/line_of");

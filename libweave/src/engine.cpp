@@ -54,8 +54,8 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   span_force_.assign(n, {});
   force_.assign(n, Vec3::Zero());
   velocity_change_.assign(n, Vec3::Zero());
-  for (auto* a : {&bar_length_, &bar_rate_, &bar_energy_, &block_speed2_, &block_way_, &reach_ahead_, &tension_, &diagonal_, &upper_,
-                  &multiplier_, &corner_}) {
+  for (auto* a :
+       {&bar_length_, &bar_rate_, &bar_energy_, &block_speed2_, &block_way_, &reach_ahead_, &diagonal_, &upper_, &multiplier_, &corner_}) {
     a->assign(n, 0);
   }
   stiffness_.assign(n, {});
@@ -68,6 +68,7 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   const bool fresh = state_.x_pick.size() != n;
   if (state_.travel.size() != n) state_.travel.assign(n, 0);
   if (state_.amplitude.size() != n) state_.amplitude.assign(n, 1);
+  if (state_.tension.size() != n) state_.tension.assign(n, 0);
   double dt = state_.dt_before;
   if (dt <= 0) {
     double speed2 = 0;
@@ -241,8 +242,8 @@ void Engine::add_bar_forces(std::uint32_t f, bool with_energy) {
     stiffness.add_all_round(2 * std::max(k * stretch, 0.0) / rest);
     if (!model_.implicit_axial) {
       const double rate = (state_.v[s + 1] - state_.v[s]).dot(bar_tangent_[s]);
-      tension_[s] = k * stretch + c * rate;
-      const Vec3 on_first = tension_[s] * bar_tangent_[s];
+      state_.tension[s] = k * stretch + c * rate;
+      const Vec3 on_first = state_.tension[s] * bar_tangent_[s];
       force_[s] += on_first;
       force_[s + 1] -= on_first;
       stiffness.add(2 * k, bar_tangent_[s]);
@@ -420,7 +421,7 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
   for (std::uint32_t s = begin; s < last; ++s) {
     // What the bars take from the nodes, at the middle of the velocity's change; less what they store, it is lost (below).
     const Vec3 middle = state_.v[s + 1] - state_.v[s] + 0.5 * (w[s + 1] - w[s]);
-    bar_energy_[s] += tension_[s] * bar_tangent_[s].dot(middle) * kick;
+    bar_energy_[s] += state_.tension[s] * bar_tangent_[s].dot(middle) * kick;
   }
 
   for (std::uint32_t p = begin; p < end; ++p) {
@@ -431,8 +432,8 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
     if (model_.inverse_mass[p] == 0) {
       // Force that the holder applies, from the balance of the node: -(all others), the implicit part included.
       Vec3 others = force_[p];
-      if (model_.implicit_axial && p < last) others += tension_[p] * bar_tangent_[p];
-      if (model_.implicit_axial && p > begin) others -= tension_[p - 1] * bar_tangent_[p - 1];
+      if (model_.implicit_axial && p < last) others += state_.tension[p] * bar_tangent_[p];
+      if (model_.implicit_axial && p > begin) others -= state_.tension[p - 1] * bar_tangent_[p - 1];
       const double work = (m * w[p] - kick * others).dot(middle);
       sums.flows.take_up += work;
       if (with_energy) sums.stored.flows.take_up += 0.5 * work;
@@ -518,7 +519,7 @@ void Engine::pull_bars(std::uint32_t f) {
     if (!changed) break;
   }
   for (std::uint32_t s = begin; s < last; ++s) {
-    tension_[s] = multiplier_[s] / kick;
+    state_.tension[s] = multiplier_[s] / kick;
     const Vec3 impulse = multiplier_[s] * bar_tangent_[s];
     const std::uint32_t second = s + 1 == last && closed ? begin : s + 1;
     w[s] += model_.inverse_mass[s] * impulse;

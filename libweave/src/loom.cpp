@@ -141,6 +141,7 @@ void put_together(const Rebuild& r, Model& m, State& s) {
   s.x_pick.clear();
   s.travel.clear();
   s.amplitude.clear();
+  s.tension.clear();
   s.contacts = std::move(contacts);
 }
 

@@ -63,13 +63,14 @@ struct EngineOptions {
 struct State {
   double time = 0;  ///< [s]
   std::int64_t step = 0;
-  double dt = 0;               ///< of the next step [s]
-  double dt_before = 0;        ///< of the last step; 0: none yet, v is at the time of x [s]
-  std::vector<Vec3> x;         ///< (nodes) [m]
-  std::vector<Vec3> v;         ///< (nodes), half a step behind x [m/s]
-  std::vector<double> moved;   ///< (nodes) farthest that a node near this one can have gone since its neighbor search [m]
-  std::vector<Vec3> x_pick;    ///< x when the active contacts were last picked [m]
-  std::vector<double> travel;  ///< (nodes) longest way that a node near this one can have gone [m]
+  double dt = 0;                ///< of the next step [s]
+  double dt_before = 0;         ///< of the last step; 0: none yet, v is at the time of x [s]
+  std::vector<Vec3> x;          ///< (nodes) [m]
+  std::vector<Vec3> v;          ///< (nodes), half a step behind x [m/s]
+  std::vector<double> moved;    ///< (nodes) farthest that a node near this one can have gone since its neighbor search [m]
+  std::vector<Vec3> x_pick;     ///< x when the active contacts were last picked [m]
+  std::vector<double> travel;   ///< (nodes) longest way that a node near this one can have gone [m]
+  std::vector<double> tension;  ///< of the bar from each node to the next in the last step [N]
   ContactList contacts;
   Flows flows;
   std::int64_t searches = 0, picks_of_active = 0;
@@ -96,7 +97,7 @@ class Engine {
 
   [[nodiscard]] const Model& model() const { return model_; }
   [[nodiscard]] const State& state() const { return state_; }
-  [[nodiscard]] const std::vector<double>& tension() const { return tension_; }  ///< per bar, at its first node [N]
+  [[nodiscard]] const std::vector<double>& tension() const { return state_.tension; }  ///< per bar, at its first node [N]
   [[nodiscard]] const std::vector<Vec3>& force() const { return force_; }
   [[nodiscard]] const StageTimes& stage_times() const { return times_; }
   [[nodiscard]] FiberGeometry geometry() const;
@@ -160,7 +161,7 @@ class Engine {
   std::vector<Vec3> bar_tangent_, force_, velocity_change_;
   std::vector<Span> span_, rate_;  ///< of the axes, and of their velocities
   std::vector<SpanForce> span_force_;
-  std::vector<double> bar_length_, bar_rate_, bar_energy_, block_speed2_, block_way_, reach_ahead_, tension_;
+  std::vector<double> bar_length_, bar_rate_, bar_energy_, block_speed2_, block_way_, reach_ahead_;
   std::vector<DirectionalStiffness> stiffness_;
   std::vector<double> diagonal_, upper_, multiplier_, corner_;  ///< of the solve for the bars' tensions
   std::vector<std::uint8_t> slack_;                             ///< per bar
