@@ -103,18 +103,19 @@ inline Slip slip_of(const FiberGeometry& g, const Place& a, const Place& b, cons
   return slip;
 }
 
-/// Moves a spring by a slip, with Coulomb's cap on the force [N]. Lost is the work done on the spring, by the trapezoidal rule as the
-/// motion has it, that the spring does not store. The force is kept while the contact hardens, the slip while it softens, so that neither
-/// makes energy (Thornton & Randall 1988).
-inline void slide(FrictionSpring& spring, const Slip& slip, double stiffness, double cap, double& lost) {
+/// Moves a spring by a slip, with Coulomb's cap on the force [N], which across the fibers may pass it by `interlock` [N]: that much holds
+/// there whatever slides along. Lost is the work done on the spring, by the trapezoidal rule as the motion has it, that the spring does not
+/// store. The force is kept while the contact hardens, the slip while it softens, so that neither makes energy (Thornton & Randall 1988).
+inline void slide(FrictionSpring& spring, const Slip& slip, double stiffness, double cap, double interlock, double& lost) {
   const double softness = spring.stiffness > 0 ? 1 / spring.stiffness : 0;
   const double share = spring.stiffness > 0 ? std::min(stiffness * softness, 1.0) : 0;
   double f = spring.along * share - stiffness * slip.along_b, a = spring.across * share - stiffness * slip.across();
-  const double force2 = f * f + slip.sine2() * a * a;
+  const double locked = std::clamp(a, -interlock, interlock), free = a - locked;
+  const double force2 = f * f + slip.sine2() * free * free;
   if (force2 > cap * cap) {
     const double back = cap / std::sqrt(force2);
     f *= back;
-    a *= back;
+    a = locked + back * free;
   }
   lost += 0.5 * ((spring.along * spring.along + spring.across * spring.across) * softness - (f * f + a * a) / stiffness -
                  (spring.along + f) * slip.along_b - (spring.across + a) * slip.across());
@@ -369,7 +370,8 @@ void line_contact(const Target& at, LineContact& c, FrictionSpring& spring, cons
     const Vec3& pushed = normal.force.on_middle;
     const double along = pushed.dot(slip.t_a);
     const double normal_force = std::sqrt(std::max(pushed.squaredNorm() - along * along, 0.0));
-    slide(spring, slip, friction_stiffness, friction * normal_force, sums.slip_loss);
+    const double cap = std::min(friction, m.friction) * normal_force;
+    slide(spring, slip, friction_stiffness, cap, friction * normal_force - cap, sums.slip_loss);
     const double along_b = spring.along - slip.cosine * spring.across;
     const Vec3 drag = along_b * slip.t_b + spring.across * slip.t_a;
     normal.force.add(drag, on_a.u);
@@ -415,7 +417,7 @@ void node_contact(const Target& at, LineContact& c, FrictionSpring& spring, Reac
     Slip slip;
     slip.along_a = slip.along_b = (g.v[p] - g.v[other]).dot(t) * at.dt;
     slip.cosine = 1;
-    slide(spring, slip, friction * kn, friction * fn, sums.slip_loss);
+    slide(spring, slip, friction * kn, friction * fn, 0, sums.slip_loss);
     on_node += spring.along * t;
     on_other -= spring.along * t;
   }

@@ -132,8 +132,9 @@ TEST(yarn_turning, keeps_momentum_and_energy) {
 }
 
 /// By how much the outer two of three fibers piled up between plates of bars part as a reed presses on the pile along -x by `depth` [m];
-/// friction on the plates and between the three.
-double spread_of_pile(double on_plates, double within, double depth) {
+/// friction on the plates and between the three. Or the upper fiber is held, slides along itself at `along` [m/s], and the reed is the
+/// lower plate.
+double spread_of_pile(double on_plates, double within, double depth, double along = 0) {
   weave::FiberType type = glass_fiber(0.5 * d);
   type.friction_within = within;
   Scene scene = empty_scene(type);
@@ -142,10 +143,11 @@ double spread_of_pile(double on_plates, double within, double depth) {
   const double height = std::sqrt(0.75) * d;
   const int bars = 6;
   for (const bool above : {true, false}) {
+    if (above && along != 0) continue;
     for (int i = 0; i <= bars; ++i) {
       const Vec3 middle(above ? height + d : -d, (i - 0.5 * bars) * d, 0);
       weave::FiberSpec bar = chain_through({middle - 5 * d * Vec3::UnitZ(), middle + 5 * d * Vec3::UnitZ()}, above ? -1 : i);
-      bar.role = above ? weave::Role::reed : weave::Role::warp;
+      bar.role = above || along != 0 ? weave::Role::reed : weave::Role::warp;
       bar.hold_all = true;
       add(scene, bar);
     }
@@ -156,14 +158,17 @@ double spread_of_pile(double on_plates, double within, double depth) {
     weave::FiberSpec fiber = chain_through(x, 100);
     fiber.role = weave::Role::weft;
     fiber.place = k;
+    fiber.hold_all = k == 2 && along != 0;
     add(scene, fiber);
   }
   weave::Engine engine = scene.engine();
   weave::Drive drive = at_rest(scene.model);
   const double speed = 0.01;
-  drive.reed_velocity = -speed * Vec3::UnitX();
+  drive.reed_velocity = (along != 0 ? speed : -speed) * Vec3::UnitX();
+  drive.held_velocity = along * Vec3::UnitY();
   while (engine.state().time < depth / speed) EXPECT_EQ(engine.step(drive).status, weave::StepStatus::ok);
-  const std::uint32_t left = engine.model().first[2 * (bars + 1)], right = engine.model().first[2 * (bars + 1) + 1];
+  const std::size_t plates = along != 0 ? 1 : 2;
+  const std::uint32_t left = engine.model().first[plates * (bars + 1)], right = engine.model().first[plates * (bars + 1) + 1];
   return engine.state().x[right + bars / 2].z() - engine.state().x[left + bars / 2].z() - d;
 }
 
@@ -181,6 +186,15 @@ TEST(yarn_turning, a_pile_holds_by_the_friction_within_its_yarn) {
   const double depth = 0.05 * d, collapse = 2 * std::sqrt(3) * depth;
   EXPECT_GT(spread_of_pile(0.2, 0.31, depth), 0.6 * collapse);
   EXPECT_LT(spread_of_pile(0.2, 0.37, depth), 0.2 * collapse);
+}
+
+TEST(yarn_turning, friction_within_a_yarn_beyond_that_between_yarns_holds_across_whatever_slides_along) {
+  // The upper fiber, pressed by P at an angle of a = 30 degrees, drags at those below it with 0.2 P. The plate presses with
+  // N = P (cos a + g sin a), g what friction within has beyond 0.2, and holds them along, so that 0.2 N (1 - (P/N)^2)^(1/2) is left of it
+  // across; the pile holds from sin a = g cos a + 0.2 (N^2/P^2 - 1)^(1/2) on: g = 0.471.
+  const double depth = 0.05 * d, collapse = 2 * std::sqrt(3) * depth;
+  EXPECT_GT(spread_of_pile(0.2, 0.63, depth, 0.1), 0.6 * collapse);
+  EXPECT_LT(spread_of_pile(0.2, 0.72, depth, 0.1), 0.2 * collapse);
 }
 
 }  // namespace

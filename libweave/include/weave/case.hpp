@@ -24,7 +24,7 @@ struct YarnType {
   int fibers = 7;                    ///< digital fibers a yarn: 1, 3, 5 or a centred hexagonal count 7, 19, 37, ...
   std::string material = {};         ///< of its fibers in a composite, one of Case::materials or known_fibers(); empty: not given
   /// Coulomb coefficient between the digital fibers of one yarn; Case::friction unless the case file gives it. They stand for packed
-  /// filaments, which interlock, so that it may well be higher than between yarns.
+  /// filaments, which interlock: what it has beyond Case::friction holds across the fibers alone, whatever slides along them.
   std::optional<double> friction_within = {};
 
   [[nodiscard]] double fiber_area() const;    ///< solid area of one digital fiber [m^2]

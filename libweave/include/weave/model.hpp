@@ -20,7 +20,7 @@ struct FiberType {
   double transverse_modulus = 0;               ///< E_T [Pa]
   double density = 0;                          ///< solid [kg/m^3]
   double bending_stiffness = 0;                ///< E I of one digital fiber [N m^2]
-  std::optional<double> friction_within = {};  ///< Coulomb coefficient between the fibers of one yarn; the model's if not given
+  std::optional<double> friction_within = {};  ///< between the fibers of one yarn; the model's if not given
 };
 
 /// Fibers as chains of nodes, stored fiber after fiber. A periodic fiber (a weft) closes on itself across the cell: its last node is a
@@ -66,7 +66,7 @@ struct Model {
   [[nodiscard]] const PairLaw& pair_law(std::size_t fiber_a, std::size_t fiber_b) const {
     return pair_laws[type[fiber_a] * types.size() + type[fiber_b]];
   }
-  /// Coulomb coefficient between this fiber and others of its yarn.
+  /// Coulomb coefficient between this fiber and others of its yarn, across them; along them no more than `friction`.
   [[nodiscard]] double friction_within(std::size_t fiber) const { return type_of(fiber).friction_within.value_or(friction); }
   [[nodiscard]] bool has_friction() const;
   /// Last node of a fiber; the ghost of a periodic one.
