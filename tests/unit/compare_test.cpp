@@ -64,6 +64,48 @@ TEST(compare, translation_is_removed) {
   EXPECT_LT(difference.fibers->largest, round_off);
 }
 
+TEST(compare, lengths_of_cells_are_drawn_out) {
+  const relax::ComparedState a = posed(weave_of_seven);
+  // As a cell of these lengths, and as one whose lengths are free and have come from elsewhere.
+  for (const double from : {1.0, 1.02}) {
+    relax::Cell cell = a.cell;
+    cell.length_x = 1.03 * from * a.cell.length_x;
+    cell.length_y = 0.98 * from * a.cell.length_y;
+    Eigen::VectorXd q = a.q;
+    for (Eigen::Index i = 0; i < 3 * Eigen::Index(cell.nodes()); i += 3)
+      q.segment<3>(i) = q.segment<3>(i).cwiseProduct(Vec3(1.03, 0.98, 1));
+    if (from != 1) {
+      cell.load_x = cell.load_y = 1;
+      q.conservativeResize(q.size() + 2);
+      q.tail<2>() << (1 - from) * 1.03 * a.cell.length_x, (1 - from) * 0.98 * a.cell.length_y;
+    }
+    const relax::ComparedState b = state_of(cell, q);
+    const relax::Difference difference = relax::difference(a, b);
+    EXPECT_NEAR(difference.length, 0.03, 1e-12);
+    EXPECT_NEAR(difference.width_of_cell, -0.02, 1e-12);
+    EXPECT_LT(difference.path.largest, round_off);
+    EXPECT_LT(difference.fibers.value().largest, round_off);
+  }
+}
+
+TEST(compare, states_under_loads_differ_by_the_lengths_of_their_cells) {
+  relax::ComparedState a = posed(weave_of_seven);
+  a.cell.load_x = 1;
+  a.q.conservativeResize(a.q.size() + 1);
+  a.q.tail<1>().setZero();
+  const auto longer = [&](double by, double energy) {
+    Eigen::VectorXd q = a.q;
+    for (Eigen::Index i = 0; i < 3 * Eigen::Index(a.cell.nodes()); i += 3) q[i] *= 1 + by / a.cell.length_x;
+    q.tail<1>()[0] = by;
+    relax::ComparedState b = state_of(a.cell, q);
+    b.energy.contact = a.energy.contact + energy;
+    return relax::verdict(a, b, relax::difference(a, b));
+  };
+  EXPECT_EQ(longer(0.005 * d, 1e-6), relax::Verdict::same);
+  EXPECT_EQ(longer(0.02 * d, 0), relax::Verdict::different);  // by the work of the load
+  EXPECT_EQ(longer(0.02 * d, 0.02 * d * *a.cell.load_x), relax::Verdict::same);
+}
+
 TEST(compare, periodic_images_of_a_yarn_are_the_same_yarn) {
   const relax::ComparedState a = posed(weave_of_seven);
   const relax::ComparedState b = moved(moved(a, {0, a.cell.length_y, 0}, 1), {-a.cell.length_x, 0, 0}, 3);
@@ -223,9 +265,6 @@ TEST_F(CompareCommand, names_what_can_not_be_compared) {
   };
   message(woven(single), "loom", "no folder of heddle relax");
   message(folder / "nowhere", "nowhere", "no folder of heddle relax");
-  PlainWeave wider = single;
-  wider.pitch = 4.4e-4;
-  message(relaxed("wider", wider), "wider/relax.vtkhdf", "length of 0.880000 mm, not the 0.800000 mm");
   PlainWeave doubled = single;
   doubled.repeat_x = 2;
   message(relaxed("doubled", doubled), "doubled/relax.vtkhdf", "weaving matrix");

@@ -88,6 +88,8 @@ std::vector<Figure> figures() {
       {"energy of loads [J]", energy([](const ComparedState& s) { return s.energy.loads; })},
       {"energy in all [J]", energy([](const ComparedState& s) { return s.energy.sum(); })},
       {"error of the energy [J]", energy([](const ComparedState& s) { return s.energy_error(); })},
+      {"cell along x [mm]", [](const ComparedState& s) { return fmt::format("{:.5g}", 1e3 * s.snapshot.cell_length); }},
+      {"cell along y [mm]", [](const ComparedState& s) { return fmt::format("{:.5g}", 1e3 * s.snapshot.cell_width); }},
       {"thickness [mm]", [](const ComparedState& s) { return fmt::format("{:.5g}", 1e3 * s.measures.thickness); }},
       {"of the mean envelopes [mm]", [](const ComparedState& s) { return fmt::format("{:.5g}", 1e3 * s.measures.thickness_mean); }},
       {"fiber volume fraction", [](const ComparedState& s) { return fmt::format("{:.4f}", s.measures.fiber_volume_fraction); }},
@@ -117,12 +119,15 @@ void print_states(const std::vector<ComparedState>& states) {
 
 void print_pair(const ComparedState& a, const ComparedState& b, const relax::Difference& d) {
   fmt::print("{} and {}:\n", a.name, b.name);
+  if (d.length != 0 || d.width_of_cell != 0) {
+    fmt::print("  cell longer by {:.4g} %, wider by {:.4g} %, which is drawn out of what follows\n", 100 * d.length, 100 * d.width_of_cell);
+  }
   fmt::print("  moved by {:.4g}, {:.4g}, {:.4g} mm; then, mean and largest in fiber diameters: yarn paths {:.4g}, {:.4g}",
              1e3 * d.shift.x(), 1e3 * d.shift.y(), 1e3 * d.shift.z(), d.path.mean, d.path.largest);
   if (d.fibers) fmt::print("; fibers {:.4g}, {:.4g}", d.fibers->mean, d.fibers->largest);
   fmt::print("; widths {:.4g}, {:.4g}; heights {:.4g}, {:.4g}\n", d.width.mean, d.width.largest, d.height.mean, d.height.largest);
   if (!a.relaxed || !b.relaxed) return;
-  fmt::print("  energies differ by {:.4g} J, known to {:.2g} J: {}\n", b.energy.sum() - a.energy.sum(), a.energy_error() + b.energy_error(),
+  fmt::print("  energies differ by {:.4g} J, known to {:.2g} J: {}\n", b.potential() - a.potential(), a.energy_error() + b.energy_error(),
              text_of(verdict(a, b, d)));
 }
 
@@ -147,6 +152,8 @@ ordered_json json_of(const ComparedState& s) {
   j["kind"] = s.relaxed ? "relaxed" : "woven";
   j["fibers_per_yarn"] = s.fibers_per_yarn();
   j["nodes"] = s.cell.nodes();
+  j["cell_length_m"] = s.snapshot.cell_length;
+  j["cell_width_m"] = s.snapshot.cell_width;
   for (const auto& [name, value] : weave::named(s.measures)) j[name] = value;
   if (!s.relaxed) return j;
   for (const auto& [name, value] : relax::named(s.energy)) j["energy_J"][name] = value;
@@ -163,13 +170,15 @@ ordered_json json_of(const ComparedState& a, const ComparedState& b, const relax
   ordered_json j;
   j["a"] = a.name;
   j["b"] = b.name;
+  j["cell_length_ratio"] = 1 + d.length;
+  j["cell_width_ratio"] = 1 + d.width_of_cell;
   j["shift_m"] = {d.shift.x(), d.shift.y(), d.shift.z()};
   j["path_diameters"] = json_of(d.path);
   j["width_diameters"] = json_of(d.width);
   j["height_diameters"] = json_of(d.height);
   j["fibers_diameters"] = d.fibers ? json_of(*d.fibers) : ordered_json();
   if (!a.relaxed || !b.relaxed) return j;
-  j["energy_difference_J"] = b.energy.sum() - a.energy.sum();
+  j["energy_difference_J"] = b.potential() - a.potential();
   j["energy_error_J"] = finite(a.energy_error() + b.energy_error());
   const relax::Verdict v = verdict(a, b, d);
   const bool comparable = v != relax::Verdict::other_potential && v != relax::Verdict::not_certified;
@@ -192,8 +201,6 @@ int compare_command(const CompareOptions& options) {
   j["tool"] = "compare";
   j["case"] = states.front().case_name;
   j["version"] = relax::version();
-  j["cell_length_m"] = states.front().cell.length_x;
-  j["cell_width_m"] = states.front().cell.length_y;
   for (const ComparedState& s : states) j["states"].push_back(json_of(s));
   for (const Pair& p : pairs) j["pairs"].push_back(json_of(states[p.a], states[p.b], p.difference));
   if (!closest.empty()) j["closest_to_woven"] = closest;

@@ -28,6 +28,8 @@ struct ComparedState {
 
   [[nodiscard]] double diameter() const;              ///< of its thickest fiber [m]
   [[nodiscard]] std::size_t fibers_per_yarn() const;  ///< of the first yarn
+  /// What its minimum is one of [J]: its energy, with loads counted from cells of no length, as energies of states are from their own.
+  [[nodiscard]] double potential() const;
   /// By which its energy may differ from that of its minimum: the certificate's error, and the round-off of the sum of its parts; infinite
   /// where the Hessian is not positive definite [J].
   [[nodiscard]] double energy_error() const;
@@ -41,11 +43,12 @@ ComparedState read_relaxed_state(const std::filesystem::path& folder);
 /// its woven tensions. Throws std::runtime_error naming the file and what is wrong with it.
 ComparedState read_woven_state(const std::filesystem::path& input);
 
-/// Throws std::runtime_error naming both files unless two states have the same weave, the same yarns, and cells that agree to a millionth.
+/// Throws std::runtime_error naming both files unless two states have the same weave and the same yarns.
 void expect_comparable(const ComparedState& a, const ComparedState& b);
 
-/// Fibers of a state brought onto another one: translated by -shift, so that on the average the yarns' centroids do not differ along x, y
-/// or z, and each yarn shifted by the periods that bring it next to its counterpart.
+/// Fibers of a state brought onto another one: drawn out evenly along x and y to the lengths of its cell, translated by -shift, so that on
+/// the average the yarns' centroids do not differ along x, y or z, and each yarn shifted by the periods that bring it next to its
+/// counterpart.
 struct Aligned {
   Vec3 shift = Vec3::Zero();  ///< [m]
   weave::Snapshot snapshot;
@@ -60,6 +63,7 @@ struct MeanAndLargest {
 
 /// How b differs from a once it is aligned onto it.
 struct Difference {
+  double length = 0, width_of_cell = 0;  ///< of b's cell over a's, less one: drawn out before anything else is compared
   Vec3 shift = Vec3::Zero();             ///< that was removed [m]
   MeanAndLargest path;                   ///< distance of the yarns' centroids in sections normal to their periods
   MeanAndLargest width, height;          ///< absolute difference of the yarns' extents in these sections
@@ -70,9 +74,9 @@ Difference difference(const ComparedState& a, const ComparedState& b);
 Difference difference(const ComparedState& a, const ComparedState& b, const Aligned& aligned);
 
 enum class Verdict {
-  same,             ///< nowhere farther apart than 0.01 diameters, or energies that differ by no more than their errors
-  different,        ///< farther apart, and energies that differ by more
-  other_nodes,      ///< the same, but so do the numbers of nodes: the discretization's error is part of the difference
+  same,         ///< nowhere farther apart than 0.01 diameters, their cells neither, or energies that differ by no more than their errors
+  different,    ///< farther apart, and energies that differ by more
+  other_nodes,  ///< the same, but so do the numbers of nodes: the discretization's error is part of the difference
   other_potential,  ///< fibers, loads or rest lengths differ: their energies can not be compared
   not_certified,    ///< one of the two is no certified minimum
 };
