@@ -19,10 +19,11 @@
 namespace relax {
 namespace {
 
-constexpr int stations = 64;         ///< sections of each yarn
-constexpr int looks = 3;             ///< the planes lie elsewhere on yarns that have been moved: after two the shift is settled
-constexpr double same_place = 0.01;  ///< [fiber diameters]
-constexpr double round_off = 1e-13;  ///< of an energy, relative to its parts: sums of up to 1e5 terms
+constexpr int stations = 64;          ///< sections of each yarn
+constexpr int looks = 3;              ///< the planes lie elsewhere on yarns that have been moved: after two the shift is settled
+constexpr double same_place = 0.01;   ///< [fiber diameters]
+constexpr double round_off = 1e-13;   ///< of an energy, relative to its parts: sums of up to 1e5 terms
+constexpr double same_length = 1e-6;  ///< of cells, relative
 
 std::string name_of(const std::filesystem::path& input) {
   const std::filesystem::path clean = input.lexically_normal();
@@ -146,8 +147,11 @@ enum class Potential {
 };
 
 Potential compare_potentials(const Cell& a, const Cell& b) {
-  if (a.fibers() != b.fibers() || a.pressure != b.pressure || a.load_x != b.load_x || a.load_y != b.load_y ||
-      a.slack_strain != b.slack_strain)
+  // A length that is given is part of the potential, and so is the force of platens, which press on the area of lengths that were given.
+  const auto same = [](double u, double v) { return std::abs(u - v) <= same_length * std::abs(u); };
+  const auto pressed = [](const Cell& c) { return c.pressure * c.length_x * c.length_y; };
+  if (a.fibers() != b.fibers() || a.load_x != b.load_x || a.load_y != b.load_y || a.slack_strain != b.slack_strain ||
+      !same(pressed(a), pressed(b)) || (!a.load_x && !same(a.length_x, b.length_x)) || (!a.load_y && !same(a.length_y, b.length_y)))
     return Potential::other;
   const std::vector<std::size_t> order_a = in_order(a.yarn, a.place), order_b = in_order(b.yarn, b.place);
   Potential potential = Potential::same;
@@ -268,8 +272,8 @@ Difference difference(const ComparedState& a, const ComparedState& b, const Alig
   const double diameter = std::max(a.diameter(), b.diameter());
   const double count = static_cast<double>(paths.size()) * stations;
   Difference d;
-  d.length = b.snapshot.cell_length / a.snapshot.cell_length - 1;
-  d.width_of_cell = b.snapshot.cell_width / a.snapshot.cell_width - 1;
+  d.cell_length = b.snapshot.cell_length / a.snapshot.cell_length - 1;
+  d.cell_width = b.snapshot.cell_width / a.snapshot.cell_width - 1;
   d.shift = aligned.shift;
   const auto add = [&](MeanAndLargest& figure, double difference) {
     figure.mean += difference / diameter / count;
@@ -297,7 +301,7 @@ Verdict verdict(const ComparedState& a, const ComparedState& b, const Difference
   if (!a.certificate.converged || !b.certificate.converged) return Verdict::not_certified;
   const Potential potential = compare_potentials(a.cell, b.cell);
   if (potential == Potential::other) return Verdict::other_potential;
-  const double drawn = std::max(std::abs(d.length) * a.snapshot.cell_length, std::abs(d.width_of_cell) * a.snapshot.cell_width);
+  const double drawn = std::max(std::abs(d.cell_length) * a.snapshot.cell_length, std::abs(d.cell_width) * a.snapshot.cell_width);
   const bool apart = std::max(d.fibers ? d.fibers->largest : d.path.largest, drawn / std::max(a.diameter(), b.diameter())) > same_place;
   const bool energies_differ = std::abs(a.potential() - b.potential()) > a.energy_error() + b.energy_error();
   if (!(apart && energies_differ)) return Verdict::same;
@@ -313,7 +317,7 @@ std::string text_of(Verdict verdict) {
     case Verdict::other_nodes:
       return "different, with other nodes";
     case Verdict::other_potential:
-      return "other fibers, loads or rest lengths";
+      return "other fibers, loads or lengths";
     case Verdict::not_certified:
       return "not both certified";
   }

@@ -181,9 +181,9 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
   const std::int64_t written = file.has("/format") ? file.read<std::int64_t>("/format").front() : 1;
   if (written < oldest_format || written > format) {
     throw std::runtime_error(
-        fmt::format("{}: a checkpoint of format {}, but this version of Heddle reads format {}; go on with the version "
+        fmt::format("{}: a checkpoint of format {}, but this version of Heddle reads formats {} to {}; go on with the version "
                     "that wrote it, or weave the case anew",
-                    path.string(), written, format));
+                    path.string(), written, oldest_format, format));
   }
   Checkpoint c;
   c.case_toml = file.read_text("/case");

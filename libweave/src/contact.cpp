@@ -360,7 +360,7 @@ void line_contact(const Target& at, LineContact& c, FrictionSpring& spring, cons
   const double arm = apart.norm();
   const Vec3 n = unit_normal(law, apart, arm);
   ContactStiffness felt = stiffness_along(n, share * normal.bound, share * friction_stiffness, true);
-  if (held && !on_reed && !reaction[1].active) {
+  if (held && !on_reed && !reaction[1].active) {  // the guesses have not seen what is new
     felt.swing = static_cast<float>(swing_at(m, g, at.fiber, p, on_a.u) + swing_at(m, g, other, c.span, on_b.u));
   }
   const Slip slip = slip_of(g, on_a, on_b, n, arm, one_yarn, at.dt);
@@ -386,7 +386,10 @@ void line_contact(const Target& at, LineContact& c, FrictionSpring& spring, cons
   }
   at.force[p] += normal.force;
   add_stiffness(m, g, at.fiber, p, on_a.u, felt, slip.t_b, at.stiffness);
-  reaction[0].stiffness.swing = felt.swing;
+  if (felt.swing > 0) {
+    reaction[0].stiffness.swing = felt.swing;
+    reaction[0].at = static_cast<float>(on_b.u);  // the place that its swing is of
+  }
 }
 
 /// Node-to-node law of Yang 2015, eq. (3)-(7), kept to compare with: force along the part of the node-to-node vector normal to each
@@ -417,7 +420,7 @@ void node_contact(const Target& at, LineContact& c, FrictionSpring& spring, Reac
     Slip slip;
     slip.along_a = slip.along_b = (g.v[p] - g.v[other]).dot(t) * at.dt;
     slip.cosine = 1;
-    slide(spring, slip, friction * kn, friction * fn, 0, sums.slip_loss);
+    slide(spring, slip, friction * kn, std::min(friction, m.friction) * fn, 0, sums.slip_loss);
     on_node += spring.along * t;
     on_other -= spring.along * t;
   }

@@ -81,10 +81,11 @@ TEST(compare, lengths_of_cells_are_drawn_out) {
     }
     const relax::ComparedState b = state_of(cell, q);
     const relax::Difference difference = relax::difference(a, b);
-    EXPECT_NEAR(difference.length, 0.03, 1e-12);
-    EXPECT_NEAR(difference.width_of_cell, -0.02, 1e-12);
+    EXPECT_NEAR(difference.cell_length, 0.03, 1e-12);
+    EXPECT_NEAR(difference.cell_width, -0.02, 1e-12);
     EXPECT_LT(difference.path.largest, round_off);
     EXPECT_LT(difference.fibers.value().largest, round_off);
+    EXPECT_EQ(relax::verdict(a, b, difference), relax::Verdict::other_potential);
   }
 }
 

@@ -87,6 +87,7 @@ std::vector<Figure> figures() {
       {"energy of platens [J]", energy([](const ComparedState& s) { return s.energy.platens; })},
       {"energy of loads [J]", energy([](const ComparedState& s) { return s.energy.loads; })},
       {"energy in all [J]", energy([](const ComparedState& s) { return s.energy.sum(); })},
+      {"with loads from no length [J]", energy([](const ComparedState& s) { return s.potential(); })},
       {"error of the energy [J]", energy([](const ComparedState& s) { return s.energy_error(); })},
       {"cell along x [mm]", [](const ComparedState& s) { return fmt::format("{:.5g}", 1e3 * s.snapshot.cell_length); }},
       {"cell along y [mm]", [](const ComparedState& s) { return fmt::format("{:.5g}", 1e3 * s.snapshot.cell_width); }},
@@ -119,8 +120,10 @@ void print_states(const std::vector<ComparedState>& states) {
 
 void print_pair(const ComparedState& a, const ComparedState& b, const relax::Difference& d) {
   fmt::print("{} and {}:\n", a.name, b.name);
-  if (d.length != 0 || d.width_of_cell != 0) {
-    fmt::print("  cell longer by {:.4g} %, wider by {:.4g} %, which is drawn out of what follows\n", 100 * d.length, 100 * d.width_of_cell);
+  constexpr double round_off = 1e-9;
+  if (std::abs(d.cell_length) > round_off || std::abs(d.cell_width) > round_off) {
+    fmt::print("  the cell of {} is longer by {:.4g} %, wider by {:.4g} %, which is drawn out of what follows\n", b.name,
+               100 * d.cell_length, 100 * d.cell_width);
   }
   fmt::print("  moved by {:.4g}, {:.4g}, {:.4g} mm; then, mean and largest in fiber diameters: yarn paths {:.4g}, {:.4g}",
              1e3 * d.shift.x(), 1e3 * d.shift.y(), 1e3 * d.shift.z(), d.path.mean, d.path.largest);
@@ -131,7 +134,8 @@ void print_pair(const ComparedState& a, const ComparedState& b, const relax::Dif
              text_of(verdict(a, b, d)));
 }
 
-/// Name of the relaxed state whose yarns run nearest to the woven ones, on the average; empty without a woven state.
+/// Name of the relaxed state whose yarns run nearest to the woven ones, on the average, once the cell's lengths are drawn out; empty
+/// without a woven state.
 std::string closest_to_woven(const std::vector<ComparedState>& states, const std::vector<Pair>& pairs) {
   const Pair* closest = nullptr;
   for (const Pair& p : pairs) {
@@ -157,6 +161,7 @@ ordered_json json_of(const ComparedState& s) {
   for (const auto& [name, value] : weave::named(s.measures)) j[name] = value;
   if (!s.relaxed) return j;
   for (const auto& [name, value] : relax::named(s.energy)) j["energy_J"][name] = value;
+  j["potential_J"] = s.potential();
   j["energy_error_J"] = finite(s.energy_error());
   relax::each_finding(s.certificate, [&](const char* key, const auto& value) { j["certificate"][key] = value; });
   return j;
@@ -170,8 +175,8 @@ ordered_json json_of(const ComparedState& a, const ComparedState& b, const relax
   ordered_json j;
   j["a"] = a.name;
   j["b"] = b.name;
-  j["cell_length_ratio"] = 1 + d.length;
-  j["cell_width_ratio"] = 1 + d.width_of_cell;
+  j["cell_length_ratio"] = 1 + d.cell_length;
+  j["cell_width_ratio"] = 1 + d.cell_width;
   j["shift_m"] = {d.shift.x(), d.shift.y(), d.shift.z()};
   j["path_diameters"] = json_of(d.path);
   j["width_diameters"] = json_of(d.width);

@@ -28,7 +28,8 @@ struct ComparedState {
 
   [[nodiscard]] double diameter() const;              ///< of its thickest fiber [m]
   [[nodiscard]] std::size_t fibers_per_yarn() const;  ///< of the first yarn
-  /// What its minimum is one of [J]: its energy, with loads counted from cells of no length, as energies of states are from their own.
+  /// The potential of which it is a minimum [J]: its energy, but with the work of loads counted from a cell of no length, so that states
+  /// that started from other lengths can be compared.
   [[nodiscard]] double potential() const;
   /// By which its energy may differ from that of its minimum: the certificate's error, and the round-off of the sum of its parts; infinite
   /// where the Hessian is not positive definite [J].
@@ -63,11 +64,11 @@ struct MeanAndLargest {
 
 /// How b differs from a once it is aligned onto it.
 struct Difference {
-  double length = 0, width_of_cell = 0;  ///< of b's cell over a's, less one: drawn out before anything else is compared
-  Vec3 shift = Vec3::Zero();             ///< that was removed [m]
-  MeanAndLargest path;                   ///< distance of the yarns' centroids in sections normal to their periods
-  MeanAndLargest width, height;          ///< absolute difference of the yarns' extents in these sections
-  std::optional<MeanAndLargest> fibers;  ///< distance of the fibers at equal shares of their length; where both have the same fibers
+  double cell_length = 0, cell_width = 0;  ///< of b's cell over a's, less one: drawn out before anything else is compared
+  Vec3 shift = Vec3::Zero();               ///< that was removed [m]
+  MeanAndLargest path;                     ///< distance of the yarns' centroids in sections normal to their periods
+  MeanAndLargest width, height;            ///< absolute difference of the yarns' extents in these sections
+  std::optional<MeanAndLargest> fibers;    ///< distance of the fibers at equal shares of their length; where both have the same fibers
 };
 Difference difference(const ComparedState& a, const ComparedState& b);
 /// The same with `aligned` = align(a, b), where it is needed for other things too.
@@ -77,7 +78,7 @@ enum class Verdict {
   same,         ///< nowhere farther apart than 0.01 diameters, their cells neither, or energies that differ by no more than their errors
   different,    ///< farther apart, and energies that differ by more
   other_nodes,  ///< the same, but so do the numbers of nodes: the discretization's error is part of the difference
-  other_potential,  ///< fibers, loads or rest lengths differ: their energies can not be compared
+  other_potential,  ///< fibers, loads, given or rest lengths differ: their energies can not be compared
   not_certified,    ///< one of the two is no certified minimum
 };
 

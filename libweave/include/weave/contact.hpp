@@ -37,10 +37,10 @@ struct LineContact {
 struct ContactStiffness {
   Eigen::Vector3f n = Eigen::Vector3f::Zero();
   float normal = 0, friction = 0;  ///< [N/m]
-  float swing = 0;                 ///< sum of the two ends' amplitudes, Y of DirectionalStiffness; 0: a new contact, c = 2
+  float swing = 0;                 ///< sum of the two ends' amplitudes, Y of DirectionalStiffness; 0: c = 2
   bool all_round = false;
 
-  /// Adds a share of it to what a node of an amplitude feels; t the touched bar's unit tangent.
+  /// Adds a share of it to what a node that swings by `amplitude` feels; t the touched bar's unit tangent.
   void add_to(DirectionalStiffness& node, double share_of_end, double amplitude, const Vec3& t) const {
     const double share = share_of_end * (swing > 0 ? swing / amplitude : 2);
     const Vec3 along = n.cast<double>();

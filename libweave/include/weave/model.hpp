@@ -20,7 +20,7 @@ struct FiberType {
   double transverse_modulus = 0;               ///< E_T [Pa]
   double density = 0;                          ///< solid [kg/m^3]
   double bending_stiffness = 0;                ///< E I of one digital fiber [N m^2]
-  std::optional<double> friction_within = {};  ///< between the fibers of one yarn; the model's if not given
+  std::optional<double> friction_within = {};  ///< Coulomb's, between the fibers of a yarn; else the model's
 };
 
 /// Fibers as chains of nodes, stored fiber after fiber. A periodic fiber (a weft) closes on itself across the cell: its last node is a
