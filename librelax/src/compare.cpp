@@ -123,10 +123,8 @@ weave::Snapshot in_order(const weave::Snapshot& s) {
 /// The state in a cell of the lengths of `onto`, drawn out evenly along x and y, and translated.
 weave::Snapshot drawn_onto(const weave::Snapshot& onto, const ComparedState& state, const Vec3& by) {
   Cell cell = state.cell;
-  Eigen::VectorXd q =
-      state.q.head(state.q.size() - cell.load_x.has_value() - cell.load_y.has_value());  // without what lengths have grown by
-  cell.load_x.reset();
-  cell.load_y.reset();
+  Eigen::VectorXd q = state.q;
+  settle_lengths(cell, q);
   cell.length_x = onto.cell_length;
   cell.length_y = onto.cell_width;
   const Vec3 draw(onto.cell_length / state.snapshot.cell_length, onto.cell_width / state.snapshot.cell_width, 1);

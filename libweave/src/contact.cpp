@@ -181,23 +181,26 @@ inline ContactStiffness stiffness_along(const Vec3& n, double normal, double fri
   return {n.cast<float>(), static_cast<float>(normal), static_cast<float>(friction), 0, all_round};
 }
 
+/// Calls f(node, share) for the nodes that carry the place u of a span.
+template <typename F>
+void each_node_at(const Model& m, const FiberGeometry& g, std::uint32_t fiber, std::uint32_t span, double u, F&& f) {
+  const SpanNodes nodes = nodes_of_span(m, fiber, span);
+  const Vec3 share = node_shares(g.span[span], u);
+  f(nodes.here, share[1]);
+  if (nodes.has_before) f(nodes.before, share[0]);
+  if (nodes.has_after) f(nodes.after, share[2]);
+}
+
 /// Adds what a contact does to the nodes that carry the place u of a span; t the touched fiber's unit tangent.
 void add_stiffness(const Model& m, const FiberGeometry& g, std::uint32_t fiber, std::uint32_t span, double u, const ContactStiffness& felt,
                    const Vec3& t, std::span<DirectionalStiffness> stiffness) {
-  const SpanNodes nodes = nodes_of_span(m, fiber, span);
-  const Vec3 share = node_shares(g.span[span], u);
-  if (nodes.has_before) felt.add_to(stiffness[nodes.before], share[0], g.amplitude[nodes.before], t);
-  felt.add_to(stiffness[nodes.here], share[1], g.amplitude[nodes.here], t);
-  if (nodes.has_after) felt.add_to(stiffness[nodes.after], share[2], g.amplitude[nodes.after], t);
+  each_node_at(m, g, fiber, span, u, [&](std::uint32_t p, double share) { felt.add_to(stiffness[p], share, g.amplitude[p], t); });
 }
 
 /// Guess at the amplitude of the place u of a span in the fastest oscillation, as its nodes have it.
 double swing_at(const Model& m, const FiberGeometry& g, std::uint32_t fiber, std::uint32_t span, double u) {
-  const SpanNodes nodes = nodes_of_span(m, fiber, span);
-  const Vec3 share = node_shares(g.span[span], u);
-  double swing = share[1] * g.amplitude[nodes.here];
-  if (nodes.has_before) swing += share[0] * g.amplitude[nodes.before];
-  if (nodes.has_after) swing += share[2] * g.amplitude[nodes.after];
+  double swing = 0;
+  each_node_at(m, g, fiber, span, u, [&](std::uint32_t p, double share) { swing += share * g.amplitude[p]; });
   return swing;
 }
 

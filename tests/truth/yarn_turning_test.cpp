@@ -135,6 +135,7 @@ TEST(yarn_turning, keeps_momentum_and_energy) {
 /// friction on the plates and between the three. Or the upper fiber is held, slides along itself at `along` [m/s], and the reed is the
 /// lower plate.
 double spread_of_pile(double on_plates, double within, double depth, double along = 0) {
+  const bool drags = along != 0;
   weave::FiberType type = glass_fiber(0.5 * d);
   type.friction_within = within;
   Scene scene = empty_scene(type);
@@ -143,11 +144,11 @@ double spread_of_pile(double on_plates, double within, double depth, double alon
   const double height = std::sqrt(0.75) * d;
   const int bars = 6;
   for (const bool above : {true, false}) {
-    if (above && along != 0) continue;
+    if (above && drags) continue;
     for (int i = 0; i <= bars; ++i) {
       const Vec3 middle(above ? height + d : -d, (i - 0.5 * bars) * d, 0);
       weave::FiberSpec bar = chain_through({middle - 5 * d * Vec3::UnitZ(), middle + 5 * d * Vec3::UnitZ()}, above ? -1 : i);
-      bar.role = above || along != 0 ? weave::Role::reed : weave::Role::warp;
+      bar.role = above || drags ? weave::Role::reed : weave::Role::warp;
       bar.hold_all = true;
       add(scene, bar);
     }
@@ -158,16 +159,16 @@ double spread_of_pile(double on_plates, double within, double depth, double alon
     weave::FiberSpec fiber = chain_through(x, 100);
     fiber.role = weave::Role::weft;
     fiber.place = k;
-    fiber.hold_all = k == 2 && along != 0;
+    fiber.hold_all = k == 2 && drags;
     add(scene, fiber);
   }
   weave::Engine engine = scene.engine();
   weave::Drive drive = at_rest(scene.model);
   const double speed = 0.01;
-  drive.reed_velocity = (along != 0 ? speed : -speed) * Vec3::UnitX();
+  drive.reed_velocity = (drags ? speed : -speed) * Vec3::UnitX();
   drive.held_velocity = along * Vec3::UnitY();
   while (engine.state().time < depth / speed) EXPECT_EQ(engine.step(drive).status, weave::StepStatus::ok);
-  const std::size_t plates = along != 0 ? 1 : 2;
+  const std::size_t plates = drags ? 1 : 2;
   const std::uint32_t left = engine.model().first[plates * (bars + 1)], right = engine.model().first[plates * (bars + 1) + 1];
   return engine.state().x[right + bars / 2].z() - engine.state().x[left + bars / 2].z() - d;
 }
