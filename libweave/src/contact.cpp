@@ -18,8 +18,9 @@ constexpr double converged = 1e-8;
 /// Of the length of the tangent, squared: below it a point is so near the axis's center of curvature that Newton's method would overshoot.
 constexpr double flattest = 0.1;
 
-/// Reactions that are asked for ahead of their turn, since they lie apart in memory.
-constexpr std::uint32_t fetch_ahead = 12;
+/// Contacts ahead of their turn for which memory is asked that lies apart, or was last written by another core: of the fibers that they
+/// touch; of reactions, and before of where these are.
+constexpr std::uint32_t fetch_ahead = 6, reaction_ahead = 12, place_ahead = 32;
 /// Of the line law on the length of fiber, half a diameter at most, that a point between two yarns stands for.
 constexpr int samples = 4;
 
@@ -521,8 +522,13 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
   for (ActiveContacts* active : {&contacts.active, &contacts.on_reed}) {
     const LineContact* before = nullptr;
     std::uint32_t slot = 2 * active->of[fiber];
-    for (std::uint32_t i = active->of[fiber]; i < active->of[fiber + 1]; ++i) {
+    const std::uint32_t end = active->of[fiber + 1];
+    for (std::uint32_t i = active->of[fiber]; i < end; ++i) {
       LineContact& contact = active->line[i];
+      if (const std::uint32_t ahead = i + fetch_ahead; ahead < end && active->reacts[ahead] > 0) {
+        fetch(geometry.span[active->line[ahead].span]);
+        fetch(geometry.rate[active->line[ahead].span]);
+      }
       active->reacts[i] = 0;
       if (geometry.reach_ahead[contact.node] + geometry.reach_ahead[contact.span] < contact.asleep_until) continue;
       if (model.node_contact && active == &contacts.active) {
@@ -548,8 +554,13 @@ void gather_reactions(const Model& model, const FiberGeometry& geometry, const C
   const ActiveContacts& active = model.role[fiber] == Role::reed ? contacts.on_reed : contacts.active;
   const std::uint32_t end = active.target_of[fiber + 1];
   for (std::uint32_t i = active.target_of[fiber]; i < end; ++i) {
-    if (i + fetch_ahead < end) {
-      if (const std::uint32_t ahead = active.target[i + fetch_ahead]; active.reacts[ahead] > 0) fetch(active.reaction[active.slot[ahead]]);
+    if (i + place_ahead < end) {
+      fetch(active.reacts[active.target[i + place_ahead]]);
+      fetch(active.slot[active.target[i + place_ahead]]);
+    }
+    if (i + reaction_ahead < end) {
+      if (const std::uint32_t ahead = active.target[i + reaction_ahead]; active.reacts[ahead] > 0)
+        fetch(active.reaction[active.slot[ahead]]);
     }
     const std::uint32_t at = active.target[i];
     if (active.reacts[at] == 0) continue;

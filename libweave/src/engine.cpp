@@ -24,7 +24,7 @@ constexpr int calm_steps_to_grow = 50;
 /// closely.
 constexpr double amplitude_gain = 0.85;
 constexpr double frequency_smoothing = 0.02;  ///< weight of one step
-constexpr double node_cost = 2;               ///< of a node's bar and motion, in units of a contact at hand, most of which sleep
+constexpr double node_cost = 5;               ///< of a node's bar and motion, in units of a contact at hand, most of which sleep
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -61,6 +61,7 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   stiffness_.assign(n, {});
   slack_.assign(n, 0);
   per_fiber_.resize(model_.fibers());
+  turning_ = YarnTurning(model_);
   for (std::uint32_t f = 0; f < model_.fibers(); ++f) refresh_geometry(f);
   // The first step is too short to move anything: it only shows how stiff the contacts are, and how stiff those that the next step may
   // reach.
@@ -153,8 +154,10 @@ void Engine::pick() {
   // Two fibers may each have moved, and may move by half the inner skin until the next pick.
   const double moved_limit = 0.5 * (options_.outer_skin - options_.skin);
   const auto moved_max = [&] {
+    const auto nodes = static_cast<std::uint32_t>(model_.nodes());
     double most = 0;
-    for (std::uint32_t p = 0; p < model_.nodes(); ++p) {
+#pragma omp parallel for schedule(static) reduction(max : most)
+    for (std::uint32_t p = 0; p < nodes; ++p) {
       if (state_.x[p].x() <= options_.active_x_max && model_.role[model_.fiber_of[p]] != Role::reed) most = std::max(most, state_.moved[p]);
     }
     return most;
@@ -168,7 +171,9 @@ void Engine::pick() {
   }
   pick_active(model_, g, options_.skin, state_.contacts);
   share_out();
-  state_.x_pick = state_.x;
+  const auto nodes = static_cast<std::uint32_t>(model_.nodes());
+#pragma omp parallel for schedule(static)
+  for (std::uint32_t p = 0; p < nodes; ++p) state_.x_pick[p] = state_.x[p];
   turning_.align(model_, state_.x_pick, options_.active_x_max);
   ++state_.picks_of_active;
   times_.search += seconds_since(start);
@@ -191,8 +196,8 @@ void Engine::pick_reed() {
 void Engine::share_out() {
   const auto threads = static_cast<std::size_t>(omp_get_max_threads());
   std::vector<std::vector<std::uint32_t>> of_thread(threads);
-  const auto& contacts = state_.contacts;
-  const auto cost = [&](std::uint32_t f) { return node_cost * model_.own_nodes(f) + (contacts.active.of[f + 1] - contacts.active.of[f]); };
+  const auto& active = state_.contacts.active;
+  const auto cost = [&](std::uint32_t f) { return node_cost * model_.own_nodes(f) + (active.of[f + 1] - active.of[f]); };
   for (const Role role : {Role::reed, Role::warp, Role::weft}) {
     double all = 0, before = 0;
     for (std::uint32_t f = 0; f < model_.fibers(); ++f) all += model_.role[f] == role ? cost(f) : 0;
@@ -204,19 +209,26 @@ void Engine::share_out() {
     }
   }
   shared_out_.clear();
-  share_of_.assign(1, 0);
-  for (const auto& share : of_thread) {
-    shared_out_.insert(shared_out_.end(), share.begin(), share.end());
-    share_of_.push_back(static_cast<std::uint32_t>(shared_out_.size()));
+  threads_ = std::vector<Thread>(threads);
+  for (std::size_t t = 0; t < threads; ++t) {
+    threads_[t].begin = static_cast<std::uint32_t>(shared_out_.size());
+    shared_out_.insert(shared_out_.end(), of_thread[t].begin(), of_thread[t].end());
+    threads_[t].end = static_cast<std::uint32_t>(shared_out_.size());
   }
 }
 
-/// Calls work(fiber) for the fibers of the calling thread, all of them if fewer threads came than fibers were shared out to.
+/// Calls work(fiber) for the fibers of the calling thread, then for those that other threads have not come to yet. `next` says how far each
+/// thread's own have been begun.
 template <typename Work>
-void Engine::each_of_mine(Work&& work) const {
-  const auto team = static_cast<std::size_t>(omp_get_num_threads());
-  for (auto share = static_cast<std::size_t>(omp_get_thread_num()); share + 1 < share_of_.size(); share += team) {
-    for (std::uint32_t i = share_of_[share]; i < share_of_[share + 1]; ++i) work(shared_out_[i]);
+void Engine::each_fiber(std::atomic<std::uint32_t> Thread::*next, Work&& work) {
+  const auto mine = static_cast<std::size_t>(omp_get_thread_num());
+  for (std::size_t i = 0; i < threads_.size(); ++i) {
+    Thread& of = threads_[(mine + i) % threads_.size()];
+    const std::uint32_t count = of.end - of.begin;
+    while ((of.*next).load(std::memory_order_relaxed) < count) {
+      const std::uint32_t k = (of.*next).fetch_add(1, std::memory_order_relaxed);
+      if (k < count) work(shared_out_[of.begin + k]);
+    }
   }
 }
 
@@ -482,6 +494,22 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
   }
 }
 
+Engine::Extremes& Engine::Extremes::operator|=(const Extremes& o) {
+  frequency2 = std::max(frequency2, o.frequency2);
+  speed2 = std::max(speed2, o.speed2);
+  overlap = std::max(overlap, o.overlap);
+  for (std::size_t i = 0; i < moved2.size(); ++i) moved2[i] = std::max(moved2[i], o.moved2[i]);
+  finite = finite && o.finite;
+  return *this;
+}
+
+void Engine::note_extremes(std::uint32_t f, Extremes& extremes) const {
+  const PerFiber& sums = per_fiber_[f];
+  Extremes of_fiber{sums.frequency2, sums.speed2, sums.contact.overlap_max, {}, sums.finite};
+  of_fiber.moved2[model_.role[f] == Role::reed] = sums.moved_pick2;
+  extremes |= of_fiber;
+}
+
 /// Tensions of one fiber's bars, taken at the step's end: tau = k (l' - l0) with the predicted length l' = l + dt t.u + dt^2 |u_n|^2/(2 l),
 /// u the difference of the end velocities and u_n its part normal to the bar, without which a turning bar would grow (SHAKE: Ryckaert et
 /// al. 1977, with the bar's compliance; normal part from the velocities before the bars' pull). One unknown a bar, h the time of the kick:
@@ -565,13 +593,17 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
   state_.late_searches += list_is_late_;
   const auto start = std::chrono::steady_clock::now();
   std::chrono::steady_clock::time_point middle;
-#pragma omp parallel num_threads(static_cast <int>(share_of_.size()) - 1)
+#pragma omp parallel num_threads(static_cast <int>(threads_.size()))
   {
-    if (model_.has_friction()) {
-#pragma omp for schedule(static)
-      for (std::size_t y = 0; y < turning_.yarns(); ++y) turning_.find(model_, y, state_.x, state_.v);
+    const auto mine = static_cast<std::size_t>(omp_get_thread_num()), team = static_cast<std::size_t>(omp_get_num_threads());
+    for (std::size_t t = mine; t < threads_.size(); t += team) {
+      threads_[t].next_motion = 0;
+      for (std::uint32_t i = threads_[t].begin; i < threads_[t].end && model_.has_friction(); ++i) {
+        if (turning_.is_first(shared_out_[i])) turning_.find(model_, shared_out_[i], state_.x, state_.v);
+      }
     }
-    each_of_mine([&](std::uint32_t f) {
+#pragma omp barrier
+    each_fiber(&Thread::next_contact, [&](std::uint32_t f) {
       for (std::uint32_t p = model_.first[f]; p < model_.first[f + 1]; ++p) {
         force_[p].setZero();
         span_force_[p] = {};
@@ -585,11 +617,13 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
 #pragma omp barrier
 #pragma omp master
     middle = std::chrono::steady_clock::now();
-    if (model_.has_friction()) {
-#pragma omp for schedule(static)
-      for (std::size_t y = 0; y < turning_.yarns(); ++y) turning_.sum_couples(y);
-    }
-    each_of_mine([&](std::uint32_t f) { move_fiber(f, drive, with_energy); });
+    for (std::size_t t = mine; t < threads_.size(); t += team) threads_[t].next_contact = 0;
+    Extremes extremes;
+    each_fiber(&Thread::next_motion, [&](std::uint32_t f) {
+      move_fiber(f, drive, with_energy);
+      note_extremes(f, extremes);
+    });
+    threads_[mine].extremes = extremes;
   }
   const auto end = std::chrono::steady_clock::now();
   times_.contact += std::chrono::duration<double>(middle - start).count();
@@ -600,17 +634,15 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
     *ledger = {};
     ledger->flows = state_.flows;
   }
-  double frequency2 = 0, moved_pick2 = 0, reed_moved2 = 0, speed2 = 0;
-  bool finite = true;
+  Extremes extremes;
+  for (Thread& t : threads_) {
+    extremes |= t.extremes;
+    t.extremes = {};
+  }
+  report.overlap_max = extremes.overlap;
   for (std::uint32_t f = 0; f < fibers; ++f) {
     const PerFiber& sums = per_fiber_[f];
     state_.flows += sums.flows;
-    frequency2 = std::max(frequency2, sums.frequency2);
-    double& moved2 = model_.role[f] == Role::reed ? reed_moved2 : moved_pick2;
-    moved2 = std::max(moved2, sums.moved_pick2);
-    speed2 = std::max(speed2, sums.speed2);
-    finite = finite && sums.finite;
-    report.overlap_max = std::max(report.overlap_max, sums.contact.overlap_max);
     if (model_.role[f] == Role::reed) {
       for (std::uint32_t p = model_.first[f]; p <= model_.last(f); ++p) report.reed_force += force_[p];
     }
@@ -630,16 +662,17 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
   ++state_.step;
   if (report.overlap_max > options_.overlap_limit) {  // first, as it is what makes the motion run away
     report.status = StepStatus::overlap_too_deep;
-  } else if (!finite || !std::isfinite(speed2)) {
+  } else if (!extremes.finite || !std::isfinite(extremes.speed2)) {
     report.status = StepStatus::non_finite;
   }
   if (report.status != StepStatus::ok) {
     report.message = describe_failure(report.status);
     return report;
   }
-  choose_time_step(frequency2, speed2);
+  choose_time_step(extremes.frequency2, extremes.speed2);
   const double weight = state_.frequency2 > 0 ? frequency_smoothing : 1;
-  state_.frequency2 += weight * (frequency2 - state_.frequency2);
+  state_.frequency2 += weight * (extremes.frequency2 - state_.frequency2);
+  auto& [moved_pick2, reed_moved2] = extremes.moved2;
   if (std::sqrt(moved_pick2) > 0.5 * options_.skin) {
     pick();
     moved_pick2 = reed_moved2 = 0;

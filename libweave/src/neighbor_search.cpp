@@ -1,8 +1,11 @@
 #include "weave/neighbor_search.hpp"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <utility>
 
 namespace weave {
 namespace {
@@ -24,6 +27,10 @@ std::uint32_t node_of(const NeighborSearch::Found& f) {
   return f.line.node;
 }
 
+bool is_held(const FrictionSpring& s) {
+  return s.stiffness > 0;
+}
+
 /// Lower bound of the distance of a point from a span, by its chord [m].
 double distance_to_span(const Span& s, const Vec3& point) {
   const Vec3 start = s.point(s.low), chord = s.point(s.high) - start;
@@ -35,17 +42,25 @@ double distance_to_span(const Span& s, const Vec3& point) {
 }  // namespace
 
 void NeighborSearch::bin_spans(const Model& m, const FiberGeometry& g, double reach, double active_x_max) {
-  Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
-  std::vector<std::uint32_t> active;
-  for (std::uint32_t s = 0; s < m.nodes(); ++s) {
-    if (m.tributary[s] <= 0 || m.role[m.fiber_of[s]] == Role::reed || g.x[s].x() > active_x_max) continue;
-    active.push_back(s);
+  const auto nodes = static_cast<std::uint32_t>(m.nodes());
+  const auto is_searched = [&](std::uint32_t s) {
+    return m.tributary[s] > 0 && m.role[m.fiber_of[s]] != Role::reed && g.x[s].x() <= active_x_max;
+  };
+  double low_x = 1e300, low_y = 1e300, low_z = 1e300, high_x = -1e300, high_y = -1e300, high_z = -1e300;
+#pragma omp parallel for schedule(static) reduction(min : low_x, low_y, low_z) reduction(max : high_x, high_y, high_z)
+  for (std::uint32_t s = 0; s < nodes; ++s) {
+    if (!is_searched(s)) continue;
     const Vec3& middle = g.span[s].middle;
-    low = low.cwiseMin(middle);
-    high = high.cwiseMax(middle);
+    low_x = std::min(low_x, middle.x());
+    low_y = std::min(low_y, middle.y());
+    low_z = std::min(low_z, middle.z());
+    high_x = std::max(high_x, middle.x());
+    high_y = std::max(high_y, middle.y());
+    high_z = std::max(high_z, middle.z());
   }
-  bins_ = {};
-  if (active.empty()) {
+  Vec3 low(low_x, low_y, low_z), high(high_x, high_y, high_z);
+  if (low_x > high_x) {
+    bins_ = {};
     bins_.start.assign(2, 0);
     bins_.nx = bins_.ny = bins_.nz = 1;
     bins_.size = Vec3::Ones();
@@ -65,34 +80,47 @@ void NeighborSearch::bin_spans(const Model& m, const FiberGeometry& g, double re
   bins_.origin = low;
   bins_.size = Vec3(std::max(extent.x() / bins_.nx, reach), periodic ? extent.y() / bins_.ny : std::max(extent.y() / bins_.ny, reach),
                     std::max(extent.z() / bins_.nz, reach));
-  std::vector<std::uint32_t> cell(active.size());
-  std::vector<std::int32_t> wrap(active.size(), 0);
-  bins_.start.assign(static_cast<std::size_t>(bins_.nx) * bins_.ny * bins_.nz + 1, 0);
-  for (std::size_t i = 0; i < active.size(); ++i) {
-    Vec3 middle = g.span[active[i]].middle;
-    if (periodic) {
-      wrap[i] = static_cast<std::int32_t>(std::floor(middle.y() / m.period_y));
-      middle.y() -= wrap[i] * m.period_y;
+  const auto cells = static_cast<std::uint32_t>(bins_.nx) * bins_.ny * bins_.nz;
+  const auto wrap_of = [&](std::uint32_t s) {
+    return periodic ? static_cast<std::int32_t>(std::floor(g.span[s].middle.y() / m.period_y)) : 0;
+  };
+  cell_.resize(nodes);
+#pragma omp parallel for schedule(static)
+  for (std::uint32_t s = 0; s < nodes; ++s) {
+    if (!is_searched(s)) {
+      cell_[s] = cells;
+      continue;
     }
+    Vec3 middle = g.span[s].middle;
+    middle.y() -= wrap_of(s) * m.period_y;
     const auto index = [&](int axis, int n) {
       return std::clamp(static_cast<int>((middle[axis] - bins_.origin[axis]) / bins_.size[axis]), 0, n - 1);
     };
-    cell[i] = static_cast<std::uint32_t>((index(0, bins_.nx) * bins_.ny + index(1, bins_.ny)) * bins_.nz + index(2, bins_.nz));
-    ++bins_.start[cell[i] + 1];
+    cell_[s] = static_cast<std::uint32_t>((index(0, bins_.nx) * bins_.ny + index(1, bins_.ny)) * bins_.nz + index(2, bins_.nz));
   }
-  for (std::size_t c = 1; c < bins_.start.size(); ++c) bins_.start[c] += bins_.start[c - 1];
-  bins_.span.resize(active.size());
-  bins_.wrap.resize(active.size());
-  bins_.middle.resize(active.size());
-  bins_.tangent.resize(active.size());
+  bins_.start.assign(cells + 1, 0);
+  for (const std::uint32_t cell : cell_) {
+    if (cell < cells) ++bins_.start[cell + 1];
+  }
+  for (std::uint32_t c = 0; c < cells; ++c) bins_.start[c + 1] += bins_.start[c];
+  const std::uint32_t searched = bins_.start[cells];
+  bins_.span.resize(searched);
+  bins_.fiber.resize(searched);
+  bins_.wrap.resize(searched);
+  bins_.middle.resize(searched);
+  bins_.tangent.resize(searched);
   std::vector<std::uint32_t> at(bins_.start.begin(), bins_.start.end() - 1);
-  for (std::size_t i = 0; i < active.size(); ++i) {
-    const std::uint32_t slot = at[cell[i]]++;
-    bins_.span[slot] = active[i];
-    bins_.wrap[slot] = wrap[i];
-    bins_.middle[slot] = g.span[active[i]].middle;
-    bins_.tangent[slot] = g.span[active[i]].slope.normalized();
-    bins_.middle[slot].y() -= wrap[i] * m.period_y;
+  for (std::uint32_t s = 0; s < nodes; ++s) {
+    if (cell_[s] < cells) bins_.span[at[cell_[s]]++] = s;
+  }
+#pragma omp parallel for schedule(static)
+  for (std::uint32_t slot = 0; slot < searched; ++slot) {
+    const std::uint32_t s = bins_.span[slot];
+    bins_.fiber[slot] = m.fiber_of[s];
+    bins_.wrap[slot] = wrap_of(s);
+    bins_.middle[slot] = g.span[s].middle;
+    bins_.middle[slot].y() -= bins_.wrap[slot] * m.period_y;
+    bins_.tangent[slot] = g.span[s].slope.normalized();
   }
 }
 
@@ -117,7 +145,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
   std::vector<Found> held;
   if (!old.active.of.empty()) {
     for (std::uint32_t i = old.active.of[fiber]; i < old.active.of[fiber + 1]; ++i) {
-      if (old.active.spring[i].stiffness > 0) held.push_back({old.active.line[i], old.active.spring[i]});
+      if (is_held(old.active.spring[i])) held.push_back({old.active.line[i], old.active.spring[i]});
     }
   }
   std::vector<std::uint8_t> taken(held.size(), 0);
@@ -236,13 +264,14 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
           turns = static_cast<std::int32_t>(std::floor(static_cast<double>(iy) / bins_.ny));
           cy = iy - turns * bins_.ny;
         }
+        const Vec3 shifted = folded - Vec3(0, turns * m.period_y, 0);
         const std::size_t column = (static_cast<std::size_t>(ix) * bins_.ny + cy) * bins_.nz;
         for (std::uint32_t slot = bins_.start[column + iz0]; slot < bins_.start[column + iz1 + 1]; ++slot) {
-          const std::uint32_t s = bins_.span[slot], other = m.fiber_of[s];
-          if (left_to_other[other]) continue;
-          const Vec3 from_middle = folded - Vec3(0, turns * m.period_y, 0) - bins_.middle[slot];
+          const Vec3 from_middle = shifted - bins_.middle[slot];
           const double middle2 = from_middle.squaredNorm();
           if (middle2 > reach_middle * reach_middle) continue;
+          const std::uint32_t s = bins_.span[slot], other = bins_.fiber[slot];
+          if (left_to_other[other]) continue;
           const double along = from_middle.dot(bins_.tangent[slot]);
           const double cosine = along_p.dot(bins_.tangent[slot]);
           const double off_line = line_reach + half_bar * std::sqrt(std::max(0.0, 1 - cosine * cosine)) + 0.1 * bar_fiber;
@@ -272,14 +301,16 @@ struct Reach {
 };
 
 Reach reach_of(const Model& m) {
-  Reach r;
-  for (std::uint32_t f = 0; f < m.fibers(); ++f) {
+  double pair = 0, bar = 0;
+  const auto fibers = static_cast<std::uint32_t>(m.fibers());
+#pragma omp parallel for schedule(static) reduction(max : pair, bar)
+  for (std::uint32_t f = 0; f < fibers; ++f) {
     if (m.role[f] == Role::reed) continue;
     // A point stands for half a diameter at most, a quarter to either side.
-    r.pair = std::max(r.pair, 2.5 * m.type_of(f).radius);
-    for (std::uint32_t s = m.first[f]; s < m.last(f); ++s) r.bar = std::max(r.bar, m.rest_length[s]);
+    pair = std::max(pair, 2.5 * m.type_of(f).radius);
+    for (std::uint32_t s = m.first[f]; s < m.last(f); ++s) bar = std::max(bar, m.rest_length[s]);
   }
-  return r;
+  return {pair, bar};
 }
 
 }  // namespace
@@ -288,23 +319,29 @@ void NeighborSearch::note_motion(const Model& m, const FiberGeometry& g, std::sp
                                  std::vector<double>& moved) {
   const Reach reach = reach_of(m);
   const double slab = reach.pair + skin + 2 * reach.bar;
+  const auto nodes = static_cast<std::uint32_t>(m.nodes());
   double low = 1e300, high = -1e300;
-  for (std::uint32_t p = 0; p < m.nodes(); ++p) {
+#pragma omp parallel for schedule(static) reduction(min : low) reduction(max : high)
+  for (std::uint32_t p = 0; p < nodes; ++p) {
     if (g.x[p].x() > active_x_max) continue;
     low = std::min(low, g.x[p].x());
     high = std::max(high, g.x[p].x());
   }
   if (low > high) return;
+  const auto is_followed = [&](std::uint32_t p) { return g.x[p].x() <= active_x_max && m.role[m.fiber_of[p]] != Role::reed; };
   const auto slabs = static_cast<std::size_t>((high - low) / slab) + 1;
   const auto slab_at = [&](std::uint32_t p) { return static_cast<std::size_t>((g.x[p].x() - low) / slab); };
-  std::vector<double> most(slabs + 2, 0);  // with an empty slab at either end
-  for (std::uint32_t p = 0; p < m.nodes(); ++p) {
-    if (g.x[p].x() > active_x_max || m.role[m.fiber_of[p]] == Role::reed) continue;
+  std::vector<double> most_in(slabs + 2, 0);  // with an empty slab at either end
+  double* most = most_in.data();
+#pragma omp parallel for schedule(static) reduction(max : most[:slabs + 2])
+  for (std::uint32_t p = 0; p < nodes; ++p) {
+    if (!is_followed(p)) continue;
     double& s = most[slab_at(p) + 1];
     s = std::max(s, std::isinf(moved[p]) ? moved[p] : (g.x[p] - x_before[p]).norm());
   }
-  for (std::uint32_t p = 0; p < m.nodes(); ++p) {
-    if (g.x[p].x() > active_x_max || m.role[m.fiber_of[p]] == Role::reed) continue;
+#pragma omp parallel for schedule(static)
+  for (std::uint32_t p = 0; p < nodes; ++p) {
+    if (!is_followed(p)) continue;
     const std::size_t s = slab_at(p);
     moved[p] += std::max({most[s], most[s + 1], most[s + 2]});
   }
@@ -316,8 +353,10 @@ void NeighborSearch::build(const Model& m, const FiberGeometry& g, double skin, 
   reach_max_ = longest.pair;
   bar_max_ = longest.bar;
   bin_spans(m, g, cell_share * (reach_max_ + skin + bar_max_), active_x_max);
-  stale_.resize(m.nodes());
-  for (std::uint32_t p = 0; p < m.nodes(); ++p) {
+  const auto nodes = static_cast<std::uint32_t>(m.nodes());
+  stale_.resize(nodes);
+#pragma omp parallel for schedule(static)
+  for (std::uint32_t p = 0; p < nodes; ++p) {
     stale_[p] = moved[p] > moved_limit && g.x[p].x() <= active_x_max;
     if (stale_[p]) moved[p] = 0;
   }
@@ -327,63 +366,75 @@ void NeighborSearch::build(const Model& m, const FiberGeometry& g, double skin, 
   for (std::uint32_t f = 0; f < fibers; ++f) search_fiber(m, g, f, skin, active_x_max, stale_, contacts, found_[f]);
 
   ActiveContacts& held = contacts.active;
-  contacts.line.clear();
   contacts.line_of.assign(fibers + 1, 0);
-  held.number.clear();
-  held.line.clear();
-  held.spring.clear();
   held.of.assign(fibers + 1, 0);
   for (std::uint32_t f = 0; f < fibers; ++f) {
+    contacts.line_of[f + 1] = contacts.line_of[f] + static_cast<std::uint32_t>(found_[f].size());
+    held.of[f + 1] = held.of[f] + static_cast<std::uint32_t>(std::ranges::count_if(found_[f], is_held, &Found::spring));
+  }
+  contacts.line.resize(contacts.line_of[fibers]);
+  held.number.resize(held.of[fibers]);
+  held.line.resize(held.of[fibers]);
+  held.spring.resize(held.of[fibers]);
+#pragma omp parallel for schedule(static)
+  for (std::uint32_t f = 0; f < fibers; ++f) {
+    std::uint32_t i = contacts.line_of[f], k = held.of[f];
     for (const auto& [line, spring] : found_[f]) {
-      if (spring.stiffness > 0) {
-        held.number.push_back(static_cast<std::uint32_t>(contacts.line.size()));
-        held.line.push_back(line);
-        held.spring.push_back(spring);
+      if (is_held(spring)) {
+        held.number[k] = i;
+        held.line[k] = line;
+        held.spring[k++] = spring;
       }
-      contacts.line.push_back(line);
+      contacts.line[i++] = line;
     }
-    contacts.line_of[f + 1] = static_cast<std::uint32_t>(contacts.line.size());
-    held.of[f + 1] = static_cast<std::uint32_t>(held.number.size());
   }
 }
 
 void pick_active(const Model& m, const FiberGeometry& g, double skin, ContactList& contacts) {
-  constexpr std::uint32_t none = 0xffffffffu;
   const auto fibers = static_cast<std::uint32_t>(m.fibers());
   ActiveContacts& active = contacts.active;
-  std::vector<std::uint32_t> near(fibers, 0), was(contacts.line.size(), none);
-  for (std::uint32_t i = 0; i < active.number.size(); ++i) {
-    was[active.number[i]] = i;
-    contacts.line[active.number[i]] = active.line[i];
-  }
+  const std::vector<std::uint32_t> number_before = std::move(active.number), of_before = std::move(active.of);
+  const std::vector<LineContact> line_before = std::move(active.line);
+  const std::vector<FrictionSpring> spring_before = std::move(active.spring);
   std::vector<std::uint8_t> keep(contacts.line.size());
+  active.of.assign(fibers + 1, 0);
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::uint32_t f = 0; f < fibers; ++f) {
+    std::uint32_t before = of_before[f];
     for (std::uint32_t i = contacts.line_of[f]; i < contacts.line_of[f + 1]; ++i) {
       LineContact& c = contacts.line[i];
+      bool held = false;
+      if (before < of_before[f + 1] && number_before[before] == i) {
+        c = line_before[before];
+        held = is_held(spring_before[before++]);
+      }
       if (g.travel[c.node] + g.travel[c.span] < c.asleep_until - skin) {
         keep[i] = false;
         continue;
       }
       const AxisPoint q = walk_to_point(m, g, contact_point(g, c), c.span, c.image);
       const double gap = std::sqrt(q.distance2) - touch_reach(m, f, m.fiber_of[c.span]);
-      const bool held = was[i] != none && active.spring[was[i]].stiffness > 0;
       if (!m.node_contact && !held) let_sleep(g, gap, c);
       keep[i] = gap < skin || held;
-      near[f] += keep[i];
+      active.of[f + 1] += keep[i];
     }
   }
-  active.of.assign(fibers + 1, 0);
-  for (std::uint32_t f = 0; f < fibers; ++f) active.of[f + 1] = active.of[f] + near[f];
-  const std::vector<FrictionSpring> before = std::move(active.spring);
-  active.number.clear();
-  active.line.clear();
-  active.spring.clear();
-  for (std::uint32_t i = 0; i < keep.size(); ++i) {
-    if (!keep[i]) continue;
-    active.number.push_back(i);
-    active.line.push_back(contacts.line[i]);
-    active.spring.push_back(was[i] != none ? before[was[i]] : FrictionSpring{});
+  for (std::uint32_t f = 0; f < fibers; ++f) active.of[f + 1] += active.of[f];
+  active.number.resize(active.of[fibers]);
+  active.line.resize(active.of[fibers]);
+  active.spring.resize(active.of[fibers]);
+#pragma omp parallel for schedule(static)
+  for (std::uint32_t f = 0; f < fibers; ++f) {
+    std::uint32_t before = of_before[f], k = active.of[f];
+    for (std::uint32_t i = contacts.line_of[f]; i < contacts.line_of[f + 1]; ++i) {
+      const bool was_active = before < of_before[f + 1] && number_before[before] == i;
+      if (keep[i]) {
+        active.number[k] = i;
+        active.line[k] = contacts.line[i];
+        active.spring[k++] = was_active ? spring_before[before] : FrictionSpring{};
+      }
+      before += was_active;
+    }
   }
   index_targets(m, active);
 }
@@ -393,7 +444,7 @@ void pick_on_reed(const Model& m, const FiberGeometry& g, double skin, double ac
   const ActiveContacts before = std::move(active);
   active = {};
   const auto fibers = static_cast<std::uint32_t>(m.fibers());
-  active.of.assign(fibers + 1, 0);
+  std::vector<std::vector<NeighborSearch::Found>> found(fibers);
   const auto add = [&](std::uint32_t f, LineContact contact, double gap) {
     FrictionSpring spring;
     if (!before.of.empty()) {
@@ -405,12 +456,25 @@ void pick_on_reed(const Model& m, const FiberGeometry& g, double skin, double ac
           std::find_if(std::ranges::lower_bound(before.line.begin() + before.of[f], end, contact.node, {}, &LineContact::node), end, same);
       if (old != end) spring = before.spring[static_cast<std::size_t>(old - before.line.begin())];
     }
-    if (gap >= skin && spring.stiffness <= 0) return;
-    if (spring.stiffness <= 0) let_sleep(g, gap, contact);
-    active.number.push_back(static_cast<std::uint32_t>(active.number.size()));
-    active.line.push_back(contact);
-    active.spring.push_back(spring);
+    if (gap >= skin && !is_held(spring)) return;
+    if (!is_held(spring)) let_sleep(g, gap, contact);
+    found[f].push_back({contact, spring});
   };
+  // A point of the node's span against a reed bar and its images.
+  const auto add_point = [&](std::uint32_t f, LineContact contact, double touch) {
+    const double reach = touch + skin;
+    const Vec3 point = contact_point(g, contact), r = point - g.x[contact.span];
+    if (std::abs(r.x()) > reach) return;
+    const double from = m.period_y > 0 ? std::ceil((r.y() - reach) / m.period_y) : 0;
+    const double to = m.period_y > 0 ? std::floor((r.y() + reach) / m.period_y) : 0;
+    for (auto image = static_cast<std::int32_t>(from); image <= static_cast<std::int32_t>(to); ++image) {
+      LineContact c = contact;
+      c.image = image;
+      const AxisPoint q = walk_to_point(m, g, point, c.span, c.image);
+      add(f, c, std::sqrt(q.distance2) - touch);
+    }
+  };
+#pragma omp parallel for schedule(dynamic, 1)
   for (std::uint32_t f = 0; f < fibers; ++f) {
     const std::uint32_t end = m.first[f] + (m.role[f] == Role::reed ? 0 : m.own_nodes(f));
     for (std::uint32_t p = m.first[f]; p < end; ++p) {
@@ -418,27 +482,24 @@ void pick_on_reed(const Model& m, const FiberGeometry& g, double skin, double ac
       const Span& here = g.span[p];
       const double half = 0.5 * here.slope.norm() + here.sag();
       for (std::uint32_t bar = 0; bar < fibers && m.role[bar] == Role::reed; ++bar) {
-        const std::uint32_t s = m.first[bar];
-        const double touch = touch_reach(m, f, bar), reach = touch + skin;
-        if (std::abs(here.middle.x() - g.x[s].x()) > reach + half) continue;
+        LineContact contact;
+        contact.node = p;
+        contact.span = m.first[bar];
+        const double touch = touch_reach(m, f, bar);
+        if (std::abs(here.middle.x() - g.x[contact.span].x()) > touch + skin + half) continue;
         for (std::uint32_t k = 0; k < m.points[f]; ++k) {
-          LineContact contact;
-          contact.node = p;
-          contact.span = s;
           contact.at = static_cast<float>((k + 0.5) / m.points[f] - 0.5);
-          if (contact.at < here.low || contact.at > here.high) continue;
-          const Vec3 point = contact_point(g, contact), r = point - g.x[s];
-          if (std::abs(r.x()) > reach) continue;
-          const double from = m.period_y > 0 ? std::ceil((r.y() - reach) / m.period_y) : 0;
-          const double to = m.period_y > 0 ? std::floor((r.y() + reach) / m.period_y) : 0;
-          for (auto image = static_cast<std::int32_t>(from); image <= static_cast<std::int32_t>(to); ++image) {
-            LineContact c = contact;
-            c.image = image;
-            const AxisPoint q = walk_to_point(m, g, point, c.span, c.image);
-            add(f, c, std::sqrt(q.distance2) - touch);
-          }
+          if (contact.at >= here.low && contact.at <= here.high) add_point(f, contact, touch);
         }
       }
+    }
+  }
+  active.of.assign(fibers + 1, 0);
+  for (std::uint32_t f = 0; f < fibers; ++f) {
+    for (const auto& [line, spring] : found[f]) {
+      active.number.push_back(static_cast<std::uint32_t>(active.number.size()));
+      active.line.push_back(line);
+      active.spring.push_back(spring);
     }
     active.of[f + 1] = static_cast<std::uint32_t>(active.line.size());
   }
@@ -451,12 +512,28 @@ void index_targets(const Model& m, ActiveContacts& active) {
   active.slot.resize(count);
   active.reaction.resize(2 * active.number.size());
   const auto touched = [&](std::uint32_t i) { return m.fiber_of[active.line[i].span]; };
-  active.target_of.assign(m.fibers() + 1, 0);
-  for (std::uint32_t i = 0; i < count; ++i) ++active.target_of[touched(i) + 1];
-  for (std::size_t f = 0; f < m.fibers(); ++f) active.target_of[f + 1] += active.target_of[f];
   active.target.resize(count);
-  std::vector<std::uint32_t> at(active.target_of.begin(), active.target_of.end() - 1);
-  for (std::uint32_t i = 0; i < count; ++i) active.target[at[touched(i)]++] = i;
+  active.target_of.assign(m.fibers() + 1, 0);
+  // Each thread counts, and then places, the contacts of a share of its own, one share after the other.
+  std::vector<std::vector<std::uint32_t>> place(static_cast<std::size_t>(omp_get_max_threads()));
+#pragma omp parallel num_threads(static_cast <int>(place.size()))
+  {
+    const auto team = static_cast<std::size_t>(omp_get_num_threads()), thread = static_cast<std::size_t>(omp_get_thread_num());
+    const auto begin = static_cast<std::uint32_t>(count * thread / team), end = static_cast<std::uint32_t>(count * (thread + 1) / team);
+    std::vector<std::uint32_t>& at = place[thread];
+    at.assign(m.fibers(), 0);
+    for (std::uint32_t i = begin; i < end; ++i) ++at[touched(i)];
+#pragma omp barrier
+#pragma omp single
+    {
+      std::uint32_t next = 0;
+      for (std::size_t f = 0; f < m.fibers(); ++f) {
+        for (std::size_t t = 0; t < team; ++t) next += std::exchange(place[t][f], next);
+        active.target_of[f + 1] = next;
+      }
+    }
+    for (std::uint32_t i = begin; i < end; ++i) active.target[at[touched(i)]++] = i;
+  }
 }
 
 }  // namespace weave

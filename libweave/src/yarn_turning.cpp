@@ -15,52 +15,66 @@ constexpr auto none = std::numeric_limits<std::uint32_t>::max();
 
 }  // namespace
 
-void YarnTurning::align(const Model& m, std::span<const Vec3> x, double active_x_max) {
+YarnTurning::YarnTurning(const Model& m) {
   std::map<std::pair<Role, int>, std::vector<std::uint32_t>> fibers_of;
   for (std::uint32_t f = 0; f < m.fibers(); ++f) {
     if (m.role[f] != Role::reed) fibers_of[{m.role[f], m.yarn[f]}].push_back(f);
   }
-  yarn_.clear();
-  section_.clear();
   yarn_of_.assign(m.fibers(), none);
-  start_of_.assign(m.fibers(), 0);
+  for (auto& [name, fibers] : fibers_of) {
+    if (fibers.size() < 2) continue;
+    Yarn yarn;
+    yarn.start.resize(fibers.size());
+    for (const std::uint32_t f : fibers) yarn_of_[f] = static_cast<std::uint32_t>(yarn_.size());
+    yarn.fibers = std::move(fibers);
+    yarn_.push_back(std::move(yarn));
+  }
   rate_.assign(m.nodes(), 0);
   couple_.assign(m.nodes(), 0);
-  for (const auto& [name, fibers] : fibers_of) {
-    const std::uint32_t f = fibers.front();
+}
+
+void YarnTurning::align(const Model& m, std::span<const Vec3> x, double active_x_max) {
+#pragma omp parallel for schedule(dynamic, 1)
+  for (std::size_t y = 0; y < yarn_.size(); ++y) {
+    Yarn& yarn = yarn_[y];
+    const std::uint32_t f = yarn.fibers.front();
+    for (const std::uint32_t fiber : yarn.fibers) std::fill(rate_.begin() + m.first[fiber], rate_.begin() + m.first[fiber + 1], 0);
     // Where along the first fiber the others are looked for: near the fell, where yarns are dense.
     std::uint32_t place = m.first[f];
     for (std::uint32_t p = place; p < m.first[f] + m.own_nodes(f); ++p) {
       if (std::abs(x[p].x()) < std::abs(x[place].x())) place = p;
     }
     if (m.periodic[f]) place = m.first[f];
-    Yarn yarn;
     std::uint32_t before = place - m.first[f], after = m.own_nodes(f) - before;
-    for (const std::uint32_t other : fibers) {
+    for (std::size_t k = 0; k < yarn.fibers.size(); ++k) {
+      const std::uint32_t other = yarn.fibers[k];
       std::uint32_t beside = m.first[other];
       for (std::uint32_t p = beside; p < m.first[other] + m.own_nodes(other) && !m.periodic[other]; ++p) {
         if ((x[p] - x[place]).squaredNorm() < (x[beside] - x[place]).squaredNorm()) beside = p;
       }
-      yarn.start.push_back(beside);
+      yarn.start[k] = beside;
       before = std::min(before, beside - m.first[other]);
       after = std::min(after, m.first[other] + m.own_nodes(other) - beside);
     }
     while (after > 0 && x[place + after - 1].x() > active_x_max) --after;
-    yarn.sections = before + after;
-    if (fibers.size() == 1 || yarn.sections < 2) continue;
-    yarn.first = static_cast<std::uint32_t>(section_.size());
-    section_.resize(section_.size() + yarn.sections);
-    for (std::size_t k = 0; k < fibers.size(); ++k) {
-      yarn.start[k] -= before;
-      yarn_of_[fibers[k]] = static_cast<std::uint32_t>(yarn_.size());
-      start_of_[fibers[k]] = yarn.start[k];
-    }
-    yarn_.push_back(std::move(yarn));
+    for (std::uint32_t& start : yarn.start) start -= before;
+    yarn.sections = before + after < 2 ? 0 : before + after;
   }
+  std::uint32_t sections = 0;
+  for (Yarn& yarn : yarn_) {
+    yarn.first = sections;
+    sections += yarn.sections;
+  }
+  section_.resize(sections);
 }
 
-void YarnTurning::find(const Model& m, std::size_t number, std::span<const Vec3> x, std::span<const Vec3> v) {
-  const Yarn& yarn = yarn_[number];
+bool YarnTurning::is_first(std::uint32_t fiber) const {
+  return yarn_of_[fiber] != none && yarn_[yarn_of_[fiber]].fibers.front() == fiber;
+}
+
+void YarnTurning::find(const Model& m, std::uint32_t fiber, std::span<const Vec3> x, std::span<const Vec3> v) {
+  const Yarn& yarn = yarn_[yarn_of_[fiber]];
+  if (yarn.sections == 0) return;
   const double share = 1.0 / static_cast<double>(yarn.start.size());
   const auto centroid = [&](std::uint32_t i) {
     Vec3 sum = Vec3::Zero();
@@ -91,23 +105,17 @@ void YarnTurning::find(const Model& m, std::size_t number, std::span<const Vec3>
   }
 }
 
-void YarnTurning::sum_couples(std::size_t number) {
-  const Yarn& yarn = yarn_[number];
-  for (std::uint32_t i = 0; i < yarn.sections; ++i) {
-    double& couple = section_[yarn.first + i].couple;
-    couple = 0;
-    for (const std::uint32_t start : yarn.start) couple += couple_[start + i];
-  }
-}
-
 void YarnTurning::add_forces(std::uint32_t fiber, std::span<const Vec3> x, std::span<Vec3> force) const {
   if (yarn_of_[fiber] == none) return;
   const Yarn& yarn = yarn_[yarn_of_[fiber]];
+  const std::uint32_t start = yarn.start[static_cast<std::size_t>(std::ranges::lower_bound(yarn.fibers, fiber) - yarn.fibers.begin())];
   for (std::uint32_t i = 0; i < yarn.sections; ++i) {
+    double couple = 0;
+    for (const std::uint32_t s : yarn.start) couple += couple_[s + i];
+    if (couple == 0) continue;
     const Section& section = section_[yarn.first + i];
-    if (section.couple == 0) continue;
-    const std::uint32_t p = start_of_[fiber] + i;
-    force[p] += (section.couple * section.inverse_inertia) * section.axis.cross(x[p] - section.centroid);
+    const std::uint32_t p = start + i;
+    force[p] += (couple * section.inverse_inertia) * section.axis.cross(x[p] - section.centroid);
   }
 }
 

@@ -48,20 +48,19 @@ TEST(yarn_turning, rate_is_that_of_a_rigid_motion) {
   const Vec3 rate(100, -200, 300), velocity(3, 2, 1);
   const std::vector<Vec3> x = moved(scene.state.x, [&](const Vec3& p) { return Vec3(turn * p); });
   const std::vector<Vec3> v = moved(x, [&](const Vec3& p) { return Vec3(velocity + rate.cross(p)); });
-  weave::YarnTurning turning;
+  weave::YarnTurning turning(scene.model);
   turning.align(scene.model, x, std::numeric_limits<double>::infinity());
-  ASSERT_EQ(turning.yarns(), 1u);
+  ASSERT_TRUE(turning.is_first(0));
   turning.find(scene.model, 0, x, v);
   for (const double r : turning.rate()) EXPECT_NEAR(r, rate.dot(turn * Vec3::UnitX()), 1e-10 * rate.norm());
 }
 
 TEST(yarn_turning, couples_have_a_moment_and_no_resultant) {
   const Scene scene = pressed_yarn();
-  weave::YarnTurning turning;
+  weave::YarnTurning turning(scene.model);
   turning.align(scene.model, scene.state.x, std::numeric_limits<double>::infinity());
   turning.find(scene.model, 0, scene.state.x, scene.state.v);
   for (double& c : turning.couple()) c = 1;
-  turning.sum_couples(0);
   std::vector<Vec3> force(scene.model.nodes(), Vec3::Zero());
   for (std::uint32_t f = 0; f < 7; ++f) turning.add_forces(f, scene.state.x, force);
   Vec3 sum = Vec3::Zero(), moment = Vec3::Zero();

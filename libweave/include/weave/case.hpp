@@ -85,8 +85,8 @@ struct NumericsSpec {
   double safety = 0.8;              ///< fraction of the stability limit
   double damping = 100;             ///< mass-proportional [1/s]
   double axial_damping = 0.05;      ///< of explicit bars, fraction of critical
-  double skin = 0.25;               ///< of the contacts that are evaluated [largest fiber diameters]
-  double outer_skin = 1.2;          ///< of the neighbor list that they are picked from [largest fiber diameters]
+  double skin = 0.5;                ///< of the contacts that are evaluated [largest fiber diameters]
+  double outer_skin = 1.6;          ///< of the neighbor list that they are picked from [largest fiber diameters]
 };
 
 struct OutputSpec {

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -109,14 +110,28 @@ class Engine {
 
  private:
   struct alignas(64) PerFiber {
-    ContactSums contact;
     Flows flows;
+    ContactSums contact;
     Ledger stored;
     double frequency2 = 0;   ///< bound on the squared frequencies of its nodes [1/s^2]
     double moved_pick2 = 0;  ///< largest squared distance from x_pick
     double speed2 = 0;
     bool finite = true;
   };
+  /// Largest of the fibers' figures of a step.
+  struct Extremes {
+    double frequency2 = 0, speed2 = 0, overlap = 0;
+    std::array<double, 2> moved2{};  ///< moved_pick2 of fibers and of reed bars
+    bool finite = true;
+    Extremes& operator|=(const Extremes& o);
+  };
+  struct alignas(64) Thread {
+    std::uint32_t begin = 0, end = 0;  ///< of its own in shared_out_
+    Extremes extremes;
+    alignas(64) std::atomic<std::uint32_t> next_contact = 0;  ///< how many of its own have been begun
+    alignas(64) std::atomic<std::uint32_t> next_motion = 0;
+  };
+  void note_extremes(std::uint32_t fiber, Extremes& extremes) const;
   void refresh_geometry(std::uint32_t fiber);
   void share_out_span_forces(std::uint32_t fiber);
   void find_ways(std::uint32_t fiber, double dt);
@@ -142,7 +157,7 @@ class Engine {
   void pick_reed();
   void share_out();
   template <typename Work>
-  void each_of_mine(Work&& work) const;
+  void each_fiber(std::atomic<std::uint32_t> Thread::*next, Work&& work);
   /// From the middle of the last step to the middle of the next: for how long the forces at x act on v [s].
   [[nodiscard]] double kick_time() const { return 0.5 * (state_.dt_before + state_.dt); }
   [[nodiscard]] double longest_step(double speed2) const;
@@ -166,7 +181,9 @@ class Engine {
   std::vector<double> diagonal_, upper_, multiplier_, corner_;  ///< of the solve for the bars' tensions
   std::vector<std::uint8_t> slack_;                             ///< per bar
   std::vector<PerFiber> per_fiber_;
-  std::vector<std::uint32_t> shared_out_, share_of_;  ///< fibers by thread; those of thread t: share_of_[t] ... share_of_[t+1]-1
+  std::vector<Extremes> extremes_;         ///< by thread
+  std::vector<std::uint32_t> shared_out_;  ///< fibers by thread
+  std::vector<Thread> threads_;
 };
 
 }  // namespace weave

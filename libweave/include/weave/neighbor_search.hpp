@@ -37,7 +37,7 @@ class NeighborSearch {
 
  private:
   struct Bin {
-    std::vector<std::uint32_t> start, span;
+    std::vector<std::uint32_t> start, span, fiber;
     std::vector<std::int32_t> wrap;  ///< periods by which the span's middle was shifted into the cell
     std::vector<Vec3> middle;        ///< of the span, in the cell
     std::vector<Vec3> tangent;       ///< there, unit
@@ -51,6 +51,7 @@ class NeighborSearch {
   double bar_max_ = 0, reach_max_ = 0;
   std::vector<std::vector<Found>> found_;  ///< by fiber
   std::vector<std::uint8_t> stale_;        ///< per node: to be searched
+  std::vector<std::uint32_t> cell_;        ///< per node: of its span; beyond the last where it is not searched
 };
 
 }  // namespace weave

@@ -13,39 +13,38 @@ namespace weave {
 /// equal: w = sum (c x v).t / sum |c x t|^2, c from the centroid, t along the yarn.
 class YarnTurning {
  public:
-  /// Finds yarns and sections anew; x: the nodes' positions (nodes) [m]. Nodes beyond `active_x_max` are in no section.
+  YarnTurning() = default;
+  explicit YarnTurning(const Model& model);
+  /// Finds the sections anew; x: the nodes' positions (nodes) [m]. Nodes beyond `active_x_max` are in no section.
   void align(const Model& model, std::span<const Vec3> x, double active_x_max);
 
-  [[nodiscard]] std::size_t yarns() const { return yarn_.size(); }
-  /// Finds how a yarn's sections turn. Each yarn has data of its own, so they can be done in any order, on any thread.
-  void find(const Model& model, std::size_t yarn, std::span<const Vec3> x, std::span<const Vec3> v);
+  /// Whether a fiber is the first of a yarn of several.
+  [[nodiscard]] bool is_first(std::uint32_t fiber) const;
+  /// Finds how the sections of that fiber's yarn turn. Each yarn has data of its own, so they can be done in any order, on any thread.
+  void find(const Model& model, std::uint32_t first_fiber, std::span<const Vec3> x, std::span<const Vec3> v);
 
   /// Rate at which the section of each node turns (nodes) [rad/s]; 0: it is in none.
   [[nodiscard]] std::span<const double> rate() const { return rate_; }
   /// Work that friction does per angle as a node's section turns (nodes) [N m]: the contacts of fiber f add to its nodes' own.
   [[nodiscard]] std::span<double> couple() { return couple_; }
 
-  /// Sums the couples of all fibers in each of a yarn's sections, once they are known. As with `find`, any yarn on any thread.
-  void sum_couples(std::size_t yarn);
-
-  /// Forces on a fiber's nodes by the summed couples of their sections (the adjoint of `rate`): without a resultant, they take the moment
-  /// that the friction forces of two fibers have as they act at a distance. Adds to `force` (nodes) [N].
+  /// Forces on a fiber's nodes by the couples of their sections' nodes, summed, once all are known (the adjoint of `rate`): without a
+  /// resultant, they take the moment that the friction forces of two fibers have as they act at a distance. Adds to `force` (nodes) [N].
   void add_forces(std::uint32_t fiber, std::span<const Vec3> x, std::span<Vec3> force) const;
 
  private:
   struct Yarn {
-    std::vector<std::uint32_t> start;  ///< of each fiber: its node in the yarn's first section
+    std::vector<std::uint32_t> fibers;  ///< at least two, rising
+    std::vector<std::uint32_t> start;   ///< of each fiber: its node in the yarn's first section
     std::uint32_t sections = 0, first = 0;
   };
   struct Section {
     Vec3 centroid, axis;
     double inverse_inertia = 0;  ///< of sum |c x t|^2 [1/m^2]
-    double couple = 0;           ///< of all its nodes [N m]
   };
   std::vector<Yarn> yarn_;
-  std::vector<std::uint32_t> yarn_of_;   ///< by fiber; or none
-  std::vector<std::uint32_t> start_of_;  ///< by fiber: its node in its yarn's first section
-  std::vector<Section> section_;         ///< those of a yarn from its `first` on
+  std::vector<std::uint32_t> yarn_of_;  ///< by fiber; or none
+  std::vector<Section> section_;        ///< those of a yarn from its `first` on
   std::vector<double> rate_, couple_;
 };
 
