@@ -18,9 +18,10 @@ constexpr double converged = 1e-8;
 /// Of the length of the tangent, squared: below it a point is so near the axis's center of curvature that Newton's method would overshoot.
 constexpr double flattest = 0.1;
 
-/// Contacts ahead of their turn for which memory is asked that lies apart, or was last written by another core: of the fibers that they
-/// touch; of reactions, and before of where these are.
-constexpr std::uint32_t fetch_ahead = 6, reaction_ahead = 12, place_ahead = 32;
+/// How many contacts ahead memory is asked for that lies apart or that another core has written: of the touched spans.
+constexpr std::uint32_t span_ahead = 6;
+/// The same of reactions, and before them of where they are.
+constexpr std::uint32_t reaction_ahead = 12, place_ahead = 32;
 /// Of the line law on the length of fiber, half a diameter at most, that a point between two yarns stands for.
 constexpr int samples = 4;
 
@@ -525,7 +526,7 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
     const std::uint32_t end = active->of[fiber + 1];
     for (std::uint32_t i = active->of[fiber]; i < end; ++i) {
       LineContact& contact = active->line[i];
-      if (const std::uint32_t ahead = i + fetch_ahead; ahead < end && active->reacts[ahead] > 0) {
+      if (const std::uint32_t ahead = i + span_ahead; ahead < end && active->reacts[ahead] > 0) {
         fetch(geometry.span[active->line[ahead].span]);
         fetch(geometry.rate[active->line[ahead].span]);
       }

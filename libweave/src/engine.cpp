@@ -45,7 +45,7 @@ Flows& Flows::operator+=(const Flows& o) {
 }
 
 Engine::Engine(Model model, State state, const EngineOptions& options)
-    : model_(std::move(model)), state_(std::move(state)), options_(options) {
+    : model_(std::move(model)), state_(std::move(state)), options_(options), turning_(model_) {
   options_.outer_skin = std::max(options_.outer_skin, 2 * options_.skin);
   const std::size_t n = model_.nodes();
   bar_tangent_.assign(n, Vec3::Zero());
@@ -61,7 +61,6 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   stiffness_.assign(n, {});
   slack_.assign(n, 0);
   per_fiber_.resize(model_.fibers());
-  turning_ = YarnTurning(model_);
   for (std::uint32_t f = 0; f < model_.fibers(); ++f) refresh_geometry(f);
   // The first step is too short to move anything: it only shows how stiff the contacts are, and how stiff those that the next step may
   // reach.
@@ -163,7 +162,7 @@ void Engine::pick() {
     return most;
   };
   moved_max_ = moved_max();
-  if (moved_max_ > moved_limit) {
+  if (moved_max_ > moved_limit || state_.contacts.line_of.empty()) {
     neighbor_search_.build(model_, g, options_.outer_skin, options_.active_x_max, search_ahead * moved_limit, state_.moved,
                            state_.contacts);
     ++state_.searches;
@@ -191,8 +190,8 @@ void Engine::pick_reed() {
   times_.search += seconds_since(start);
 }
 
-/// Gives each thread fibers of its own: of reed, warps and wefts a share each, neighbors together, by nodes and contacts. So the data of a
-/// fiber stay in the cache of one core from step to step. Which thread does what does not change any result.
+/// Gives each thread a share of the fibers: of reed, warps and wefts each, neighbors together, by nodes and contacts. So most of a fiber's
+/// data stay in the cache of one core from step to step. Which thread does what does not change any result.
 void Engine::share_out() {
   const auto threads = static_cast<std::size_t>(omp_get_max_threads());
   std::vector<std::vector<std::uint32_t>> of_thread(threads);
@@ -209,21 +208,21 @@ void Engine::share_out() {
     }
   }
   shared_out_.clear();
-  threads_ = std::vector<Thread>(threads);
+  shares_ = std::vector<Share>(threads);
   for (std::size_t t = 0; t < threads; ++t) {
-    threads_[t].begin = static_cast<std::uint32_t>(shared_out_.size());
+    shares_[t].begin = static_cast<std::uint32_t>(shared_out_.size());
     shared_out_.insert(shared_out_.end(), of_thread[t].begin(), of_thread[t].end());
-    threads_[t].end = static_cast<std::uint32_t>(shared_out_.size());
+    shares_[t].end = static_cast<std::uint32_t>(shared_out_.size());
   }
 }
 
-/// Calls work(fiber) for the fibers of the calling thread, then for those that other threads have not come to yet. `next` says how far each
-/// thread's own have been begun.
+/// Calls work(fiber) for the fibers of the calling thread's share, then for those of others that have not been begun. `next` counts in each
+/// share.
 template <typename Work>
-void Engine::each_fiber(std::atomic<std::uint32_t> Thread::*next, Work&& work) {
+void Engine::each_fiber(std::atomic<std::uint32_t> Share::*next, Work&& work) {
   const auto mine = static_cast<std::size_t>(omp_get_thread_num());
-  for (std::size_t i = 0; i < threads_.size(); ++i) {
-    Thread& of = threads_[(mine + i) % threads_.size()];
+  for (std::size_t i = 0; i < shares_.size(); ++i) {
+    Share& of = shares_[(mine + i) % shares_.size()];
     const std::uint32_t count = of.end - of.begin;
     while ((of.*next).load(std::memory_order_relaxed) < count) {
       const std::uint32_t k = (of.*next).fetch_add(1, std::memory_order_relaxed);
@@ -593,17 +592,17 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
   state_.late_searches += list_is_late_;
   const auto start = std::chrono::steady_clock::now();
   std::chrono::steady_clock::time_point middle;
-#pragma omp parallel num_threads(static_cast <int>(threads_.size()))
+#pragma omp parallel num_threads(static_cast <int>(shares_.size()))
   {
     const auto mine = static_cast<std::size_t>(omp_get_thread_num()), team = static_cast<std::size_t>(omp_get_num_threads());
-    for (std::size_t t = mine; t < threads_.size(); t += team) {
-      threads_[t].next_motion = 0;
-      for (std::uint32_t i = threads_[t].begin; i < threads_[t].end && model_.has_friction(); ++i) {
+    for (std::size_t t = mine; t < shares_.size(); t += team) {
+      shares_[t].next_motion = 0;
+      for (std::uint32_t i = shares_[t].begin; i < shares_[t].end && model_.has_friction(); ++i) {
         if (turning_.is_first(shared_out_[i])) turning_.find(model_, shared_out_[i], state_.x, state_.v);
       }
     }
 #pragma omp barrier
-    each_fiber(&Thread::next_contact, [&](std::uint32_t f) {
+    each_fiber(&Share::next_contact, [&](std::uint32_t f) {
       for (std::uint32_t p = model_.first[f]; p < model_.first[f + 1]; ++p) {
         force_[p].setZero();
         span_force_[p] = {};
@@ -617,13 +616,13 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
 #pragma omp barrier
 #pragma omp master
     middle = std::chrono::steady_clock::now();
-    for (std::size_t t = mine; t < threads_.size(); t += team) threads_[t].next_contact = 0;
+    for (std::size_t t = mine; t < shares_.size(); t += team) shares_[t].next_contact = 0;
     Extremes extremes;
-    each_fiber(&Thread::next_motion, [&](std::uint32_t f) {
+    each_fiber(&Share::next_motion, [&](std::uint32_t f) {
       move_fiber(f, drive, with_energy);
       note_extremes(f, extremes);
     });
-    threads_[mine].extremes = extremes;
+    shares_[mine].extremes = extremes;
   }
   const auto end = std::chrono::steady_clock::now();
   times_.contact += std::chrono::duration<double>(middle - start).count();
@@ -635,9 +634,9 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
     ledger->flows = state_.flows;
   }
   Extremes extremes;
-  for (Thread& t : threads_) {
-    extremes |= t.extremes;
-    t.extremes = {};
+  for (Share& share : shares_) {
+    extremes |= share.extremes;
+    share.extremes = {};
   }
   report.overlap_max = extremes.overlap;
   for (std::uint32_t f = 0; f < fibers; ++f) {

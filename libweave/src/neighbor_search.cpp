@@ -1,11 +1,8 @@
 #include "weave/neighbor_search.hpp"
 
-#include <omp.h>
-
 #include <algorithm>
 #include <cmath>
 #include <span>
-#include <utility>
 
 namespace weave {
 namespace {
@@ -14,6 +11,8 @@ namespace {
 constexpr double cell_share = 0.35;
 /// A contact found anew goes on with the friction of an old one of the same point and fiber if their touched spans are not farther apart.
 constexpr std::int64_t old_place_limit = 2;
+/// Along x; each thread has an array of them on its stack.
+constexpr int slabs_at_most = 4096;
 
 struct Candidate {
   std::uint32_t fiber;
@@ -23,12 +22,8 @@ struct Candidate {
   std::int32_t image;
 };
 
-std::uint32_t node_of(const NeighborSearch::Found& f) {
+std::uint32_t node_of(const FoundContact& f) {
   return f.line.node;
-}
-
-bool is_held(const FrictionSpring& s) {
-  return s.stiffness > 0;
 }
 
 /// Lower bound of the distance of a point from a span, by its chord [m].
@@ -125,7 +120,7 @@ void NeighborSearch::bin_spans(const Model& m, const FiberGeometry& g, double re
 }
 
 void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::uint32_t fiber, double skin, double active_x_max,
-                                  const std::vector<std::uint8_t>& stale, const ContactList& old, std::vector<Found>& found) const {
+                                  const std::vector<std::uint8_t>& stale, const ContactList& old, std::vector<FoundContact>& found) const {
   found.clear();
   if (m.role[fiber] == Role::reed) return;
   const std::uint32_t begin = m.first[fiber], end = begin + m.own_nodes(fiber);
@@ -142,10 +137,10 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
   std::vector<std::uint8_t> left_to_other(m.fibers());
   for (std::uint32_t f = 0; f < m.fibers(); ++f) left_to_other[f] = share_of_points(m, fiber, f) == 0;
   // What touched, and whether each is already found again.
-  std::vector<Found> held;
+  std::vector<FoundContact> held;
   if (!old.active.of.empty()) {
     for (std::uint32_t i = old.active.of[fiber]; i < old.active.of[fiber + 1]; ++i) {
-      if (is_held(old.active.spring[i])) held.push_back({old.active.line[i], old.active.spring[i]});
+      if (old.active.spring[i].holds()) held.push_back({old.active.line[i], old.active.spring[i]});
     }
   }
   std::vector<std::uint8_t> taken(held.size(), 0);
@@ -318,7 +313,6 @@ Reach reach_of(const Model& m) {
 void NeighborSearch::note_motion(const Model& m, const FiberGeometry& g, std::span<const Vec3> x_before, double skin, double active_x_max,
                                  std::vector<double>& moved) {
   const Reach reach = reach_of(m);
-  const double slab = reach.pair + skin + 2 * reach.bar;
   const auto nodes = static_cast<std::uint32_t>(m.nodes());
   double low = 1e300, high = -1e300;
 #pragma omp parallel for schedule(static) reduction(min : low) reduction(max : high)
@@ -329,6 +323,7 @@ void NeighborSearch::note_motion(const Model& m, const FiberGeometry& g, std::sp
   }
   if (low > high) return;
   const auto is_followed = [&](std::uint32_t p) { return g.x[p].x() <= active_x_max && m.role[m.fiber_of[p]] != Role::reed; };
+  const double slab = std::max(reach.pair + skin + 2 * reach.bar, (high - low) / slabs_at_most);
   const auto slabs = static_cast<std::size_t>((high - low) / slab) + 1;
   const auto slab_at = [&](std::uint32_t p) { return static_cast<std::size_t>((g.x[p].x() - low) / slab); };
   std::vector<double> most_in(slabs + 2, 0);  // with an empty slab at either end
@@ -362,15 +357,19 @@ void NeighborSearch::build(const Model& m, const FiberGeometry& g, double skin, 
   }
   const auto fibers = static_cast<std::uint32_t>(m.fibers());
   found_.resize(fibers);
+  std::vector<std::uint32_t> holding(fibers);
 #pragma omp parallel for schedule(dynamic, 1)
-  for (std::uint32_t f = 0; f < fibers; ++f) search_fiber(m, g, f, skin, active_x_max, stale_, contacts, found_[f]);
+  for (std::uint32_t f = 0; f < fibers; ++f) {
+    search_fiber(m, g, f, skin, active_x_max, stale_, contacts, found_[f]);
+    holding[f] = static_cast<std::uint32_t>(std::ranges::count_if(found_[f], &FrictionSpring::holds, &FoundContact::spring));
+  }
 
   ActiveContacts& held = contacts.active;
   contacts.line_of.assign(fibers + 1, 0);
   held.of.assign(fibers + 1, 0);
   for (std::uint32_t f = 0; f < fibers; ++f) {
     contacts.line_of[f + 1] = contacts.line_of[f] + static_cast<std::uint32_t>(found_[f].size());
-    held.of[f + 1] = held.of[f] + static_cast<std::uint32_t>(std::ranges::count_if(found_[f], is_held, &Found::spring));
+    held.of[f + 1] = held.of[f] + holding[f];
   }
   contacts.line.resize(contacts.line_of[fibers]);
   held.number.resize(held.of[fibers]);
@@ -380,159 +379,13 @@ void NeighborSearch::build(const Model& m, const FiberGeometry& g, double skin, 
   for (std::uint32_t f = 0; f < fibers; ++f) {
     std::uint32_t i = contacts.line_of[f], k = held.of[f];
     for (const auto& [line, spring] : found_[f]) {
-      if (is_held(spring)) {
+      if (spring.holds()) {
         held.number[k] = i;
         held.line[k] = line;
         held.spring[k++] = spring;
       }
       contacts.line[i++] = line;
     }
-  }
-}
-
-void pick_active(const Model& m, const FiberGeometry& g, double skin, ContactList& contacts) {
-  const auto fibers = static_cast<std::uint32_t>(m.fibers());
-  ActiveContacts& active = contacts.active;
-  const std::vector<std::uint32_t> number_before = std::move(active.number), of_before = std::move(active.of);
-  const std::vector<LineContact> line_before = std::move(active.line);
-  const std::vector<FrictionSpring> spring_before = std::move(active.spring);
-  std::vector<std::uint8_t> keep(contacts.line.size());
-  active.of.assign(fibers + 1, 0);
-#pragma omp parallel for schedule(dynamic, 1)
-  for (std::uint32_t f = 0; f < fibers; ++f) {
-    std::uint32_t before = of_before[f];
-    for (std::uint32_t i = contacts.line_of[f]; i < contacts.line_of[f + 1]; ++i) {
-      LineContact& c = contacts.line[i];
-      bool held = false;
-      if (before < of_before[f + 1] && number_before[before] == i) {
-        c = line_before[before];
-        held = is_held(spring_before[before++]);
-      }
-      if (g.travel[c.node] + g.travel[c.span] < c.asleep_until - skin) {
-        keep[i] = false;
-        continue;
-      }
-      const AxisPoint q = walk_to_point(m, g, contact_point(g, c), c.span, c.image);
-      const double gap = std::sqrt(q.distance2) - touch_reach(m, f, m.fiber_of[c.span]);
-      if (!m.node_contact && !held) let_sleep(g, gap, c);
-      keep[i] = gap < skin || held;
-      active.of[f + 1] += keep[i];
-    }
-  }
-  for (std::uint32_t f = 0; f < fibers; ++f) active.of[f + 1] += active.of[f];
-  active.number.resize(active.of[fibers]);
-  active.line.resize(active.of[fibers]);
-  active.spring.resize(active.of[fibers]);
-#pragma omp parallel for schedule(static)
-  for (std::uint32_t f = 0; f < fibers; ++f) {
-    std::uint32_t before = of_before[f], k = active.of[f];
-    for (std::uint32_t i = contacts.line_of[f]; i < contacts.line_of[f + 1]; ++i) {
-      const bool was_active = before < of_before[f + 1] && number_before[before] == i;
-      if (keep[i]) {
-        active.number[k] = i;
-        active.line[k] = contacts.line[i];
-        active.spring[k++] = was_active ? spring_before[before] : FrictionSpring{};
-      }
-      before += was_active;
-    }
-  }
-  index_targets(m, active);
-}
-
-void pick_on_reed(const Model& m, const FiberGeometry& g, double skin, double active_x_max, ContactList& contacts) {
-  ActiveContacts& active = contacts.on_reed;
-  const ActiveContacts before = std::move(active);
-  active = {};
-  const auto fibers = static_cast<std::uint32_t>(m.fibers());
-  std::vector<std::vector<NeighborSearch::Found>> found(fibers);
-  const auto add = [&](std::uint32_t f, LineContact contact, double gap) {
-    FrictionSpring spring;
-    if (!before.of.empty()) {
-      const auto end = before.line.begin() + before.of[f + 1];
-      const auto same = [&](const LineContact& c) {
-        return c.node == contact.node && c.at == contact.at && m.fiber_of[c.span] == m.fiber_of[contact.span] && c.image == contact.image;
-      };
-      const auto old =
-          std::find_if(std::ranges::lower_bound(before.line.begin() + before.of[f], end, contact.node, {}, &LineContact::node), end, same);
-      if (old != end) spring = before.spring[static_cast<std::size_t>(old - before.line.begin())];
-    }
-    if (gap >= skin && !is_held(spring)) return;
-    if (!is_held(spring)) let_sleep(g, gap, contact);
-    found[f].push_back({contact, spring});
-  };
-  // A point of the node's span against a reed bar and its images.
-  const auto add_point = [&](std::uint32_t f, LineContact contact, double touch) {
-    const double reach = touch + skin;
-    const Vec3 point = contact_point(g, contact), r = point - g.x[contact.span];
-    if (std::abs(r.x()) > reach) return;
-    const double from = m.period_y > 0 ? std::ceil((r.y() - reach) / m.period_y) : 0;
-    const double to = m.period_y > 0 ? std::floor((r.y() + reach) / m.period_y) : 0;
-    for (auto image = static_cast<std::int32_t>(from); image <= static_cast<std::int32_t>(to); ++image) {
-      LineContact c = contact;
-      c.image = image;
-      const AxisPoint q = walk_to_point(m, g, point, c.span, c.image);
-      add(f, c, std::sqrt(q.distance2) - touch);
-    }
-  };
-#pragma omp parallel for schedule(dynamic, 1)
-  for (std::uint32_t f = 0; f < fibers; ++f) {
-    const std::uint32_t end = m.first[f] + (m.role[f] == Role::reed ? 0 : m.own_nodes(f));
-    for (std::uint32_t p = m.first[f]; p < end; ++p) {
-      if (g.x[p].x() > active_x_max) continue;
-      const Span& here = g.span[p];
-      const double half = 0.5 * here.slope.norm() + here.sag();
-      for (std::uint32_t bar = 0; bar < fibers && m.role[bar] == Role::reed; ++bar) {
-        LineContact contact;
-        contact.node = p;
-        contact.span = m.first[bar];
-        const double touch = touch_reach(m, f, bar);
-        if (std::abs(here.middle.x() - g.x[contact.span].x()) > touch + skin + half) continue;
-        for (std::uint32_t k = 0; k < m.points[f]; ++k) {
-          contact.at = static_cast<float>((k + 0.5) / m.points[f] - 0.5);
-          if (contact.at >= here.low && contact.at <= here.high) add_point(f, contact, touch);
-        }
-      }
-    }
-  }
-  active.of.assign(fibers + 1, 0);
-  for (std::uint32_t f = 0; f < fibers; ++f) {
-    for (const auto& [line, spring] : found[f]) {
-      active.number.push_back(static_cast<std::uint32_t>(active.number.size()));
-      active.line.push_back(line);
-      active.spring.push_back(spring);
-    }
-    active.of[f + 1] = static_cast<std::uint32_t>(active.line.size());
-  }
-  index_targets(m, active);
-}
-
-void index_targets(const Model& m, ActiveContacts& active) {
-  const auto count = static_cast<std::uint32_t>(active.number.size());
-  active.reacts.assign(count, 0);
-  active.slot.resize(count);
-  active.reaction.resize(2 * active.number.size());
-  const auto touched = [&](std::uint32_t i) { return m.fiber_of[active.line[i].span]; };
-  active.target.resize(count);
-  active.target_of.assign(m.fibers() + 1, 0);
-  // Each thread counts, and then places, the contacts of a share of its own, one share after the other.
-  std::vector<std::vector<std::uint32_t>> place(static_cast<std::size_t>(omp_get_max_threads()));
-#pragma omp parallel num_threads(static_cast <int>(place.size()))
-  {
-    const auto team = static_cast<std::size_t>(omp_get_num_threads()), thread = static_cast<std::size_t>(omp_get_thread_num());
-    const auto begin = static_cast<std::uint32_t>(count * thread / team), end = static_cast<std::uint32_t>(count * (thread + 1) / team);
-    std::vector<std::uint32_t>& at = place[thread];
-    at.assign(m.fibers(), 0);
-    for (std::uint32_t i = begin; i < end; ++i) ++at[touched(i)];
-#pragma omp barrier
-#pragma omp single
-    {
-      std::uint32_t next = 0;
-      for (std::size_t f = 0; f < m.fibers(); ++f) {
-        for (std::size_t t = 0; t < team; ++t) next += std::exchange(place[t][f], next);
-        active.target_of[f + 1] = next;
-      }
-    }
-    for (std::uint32_t i = begin; i < end; ++i) active.target[at[touched(i)]++] = i;
   }
 }
 

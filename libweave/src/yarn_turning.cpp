@@ -72,8 +72,8 @@ bool YarnTurning::is_first(std::uint32_t fiber) const {
   return yarn_of_[fiber] != none && yarn_[yarn_of_[fiber]].fibers.front() == fiber;
 }
 
-void YarnTurning::find(const Model& m, std::uint32_t fiber, std::span<const Vec3> x, std::span<const Vec3> v) {
-  const Yarn& yarn = yarn_[yarn_of_[fiber]];
+void YarnTurning::find(const Model& m, std::uint32_t first_fiber, std::span<const Vec3> x, std::span<const Vec3> v) {
+  const Yarn& yarn = yarn_[yarn_of_[first_fiber]];
   if (yarn.sections == 0) return;
   const double share = 1.0 / static_cast<double>(yarn.start.size());
   const auto centroid = [&](std::uint32_t i) {

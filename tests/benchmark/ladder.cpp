@@ -131,7 +131,7 @@ Scene weave_cell() {
   add("no friction", {element(2), "fabric.friction=0"}, false);
   add("bars ten times softer", {element(2), "yarns.glass.youngs_modulus=\"8.69 GPa\""});
   add("inner skin of 0.1 d", {element(2), "numerics.skin=0.1"});
-  add("inner skin of 0.5 d", {element(2), "numerics.skin=0.5"});
+  add("inner skin of 0.25 d", {element(2), "numerics.skin=0.25"});
   add("7 fibers a yarn", {element(2), "yarns.glass.fibers=7"}, false);
   add("19 fibers a yarn", {element(2), "yarns.glass.fibers=19"}, false);
   return scene;

@@ -5,8 +5,12 @@
 #include <fmt/format.h>
 #include <omp.h>
 
+#include <cstdint>
+#include <cstdio>
+#include <exception>
 #include <filesystem>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -55,8 +59,8 @@ int main(int argc, char** argv) try {
   fmt::print("{}: {} nodes, {} steps from step {} on, seconds\n", c.name, first.x.size(), steps, first.step);
   fmt::print("{:>8}{:>10}{:>10}{:>10}{:>14}{:>14}{:>10}{:>12}\n", "threads", "all", "search", "contact", "bars, motion", "loom, output",
              "speed-up", "same bits");
-  double one = 0;
-  weave::State last_of_one;
+  double one_thread = 0;  // as the first run tells
+  weave::State last_of_first;
   for (const int count : threads) {
     omp_set_num_threads(count);
     const fs::path run = folder / fmt::format("threads_{}", count);
@@ -66,15 +70,15 @@ int main(int argc, char** argv) try {
     const weave::WeaveSummary after = weave_until(c, run, true, first.step + steps);
     const weave::State last = weave::read_checkpoint(run / "checkpoint.h5").state;
     const double all = after.wall - before.wall;
-    if (one == 0) {
-      one = all * count;
-      last_of_one = last;
+    if (one_thread == 0) {
+      one_thread = all * count;
+      last_of_first = last;
     }
     fmt::print("{:>8}{:>10.2f}{:>10.2f}{:>10.2f}{:>14.2f}{:>14.2f}{:>10.2f}{:>12}\n", count, all,
                after.stages.search - before.stages.search, after.stages.contact - before.stages.contact,
                after.stages.integrate - before.stages.integrate,
-               after.wall_loom + after.wall_output - before.wall_loom - before.wall_output, one / all,
-               same_motion(last, last_of_one) ? "yes" : "no");
+               after.wall_loom + after.wall_output - before.wall_loom - before.wall_output, one_thread / all,
+               same_motion(last, last_of_first) ? "yes" : "no");
     std::fflush(stdout);
   }
   return 0;

@@ -55,6 +55,23 @@ TEST(yarn_turning, rate_is_that_of_a_rigid_motion) {
   for (const double r : turning.rate()) EXPECT_NEAR(r, rate.dot(turn * Vec3::UnitX()), 1e-10 * rate.norm());
 }
 
+TEST(yarn_turning, what_is_stored_does_not_turn) {
+  const Scene scene = pressed_yarn();
+  const std::vector<Vec3> v = moved(scene.state.x, [](const Vec3& p) { return Vec3(Vec3(100, 0, 0).cross(p)); });
+  weave::YarnTurning turning(scene.model);
+  turning.align(scene.model, scene.state.x, std::numeric_limits<double>::infinity());
+  turning.find(scene.model, 0, scene.state.x, v);
+  turning.align(scene.model, scene.state.x, 0.5 * d);
+  turning.find(scene.model, 0, scene.state.x, v);
+  for (std::size_t p = 0; p < scene.model.nodes(); ++p) {
+    if (scene.state.x[p].x() > 0.5 * d) {
+      EXPECT_EQ(turning.rate()[p], 0);
+    } else {
+      EXPECT_NEAR(turning.rate()[p], 100, 1e-8);
+    }
+  }
+}
+
 TEST(yarn_turning, couples_have_a_moment_and_no_resultant) {
   const Scene scene = pressed_yarn();
   weave::YarnTurning turning(scene.model);

@@ -14,6 +14,7 @@ struct FrictionSpring {
   double along = 0;      ///< [N]
   double across = 0;     ///< [N]
   double stiffness = 0;  ///< at the last step [N/m]; 0: was apart
+  [[nodiscard]] bool holds() const { return stiffness > 0; }
 };
 
 /// Point of one fiber against the closest point of another fiber's axis: the line contact of the pair, integrated at points along one
@@ -30,6 +31,12 @@ struct LineContact {
   std::int32_t image = 0;   ///< the touched fiber is shifted by image * period_y
   float at = 0;             ///< of the point along its span: u = -1/2...1/2
   double asleep_until = 0;  ///< travel of the two spans, summed, before which they can not come near a touch [m]
+};
+
+/// A contact found, with its spring if it touched before.
+struct FoundContact {
+  LineContact line;
+  FrictionSpring spring;
 };
 
 /// How a contact resists motion, for the bound on the time step: `normal` along a unit vector n, `friction` along the touched bar or, where
@@ -54,7 +61,7 @@ struct ContactStiffness {
   }
 };
 
-/// Reaction of one contact on the touched fiber, gathered later by that fiber's owner.
+/// Reaction of one contact on the touched fiber, gathered as that fiber is moved.
 struct Reaction {
   SpanForce force;  ///< [N]
   ContactStiffness stiffness;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "weave/contact.hpp"
+#include "weave/contact_picking.hpp"
 #include "weave/model.hpp"
 #include "weave/neighbor_search.hpp"
 #include "weave/yarn_turning.hpp"
@@ -125,10 +126,11 @@ class Engine {
     bool finite = true;
     Extremes& operator|=(const Extremes& o);
   };
-  struct alignas(64) Thread {
-    std::uint32_t begin = 0, end = 0;  ///< of its own in shared_out_
+  /// Fibers of a thread, which others take over as it is late; there may be more of them than threads come.
+  struct alignas(64) Share {
+    std::uint32_t begin = 0, end = 0;  ///< in shared_out_
     Extremes extremes;
-    alignas(64) std::atomic<std::uint32_t> next_contact = 0;  ///< how many of its own have been begun
+    alignas(64) std::atomic<std::uint32_t> next_contact = 0;  ///< how many have been begun, or more
     alignas(64) std::atomic<std::uint32_t> next_motion = 0;
   };
   void note_extremes(std::uint32_t fiber, Extremes& extremes) const;
@@ -157,7 +159,7 @@ class Engine {
   void pick_reed();
   void share_out();
   template <typename Work>
-  void each_fiber(std::atomic<std::uint32_t> Thread::*next, Work&& work);
+  void each_fiber(std::atomic<std::uint32_t> Share::*next, Work&& work);
   /// From the middle of the last step to the middle of the next: for how long the forces at x act on v [s].
   [[nodiscard]] double kick_time() const { return 0.5 * (state_.dt_before + state_.dt); }
   [[nodiscard]] double longest_step(double speed2) const;
@@ -181,9 +183,8 @@ class Engine {
   std::vector<double> diagonal_, upper_, multiplier_, corner_;  ///< of the solve for the bars' tensions
   std::vector<std::uint8_t> slack_;                             ///< per bar
   std::vector<PerFiber> per_fiber_;
-  std::vector<Extremes> extremes_;         ///< by thread
-  std::vector<std::uint32_t> shared_out_;  ///< fibers by thread
-  std::vector<Thread> threads_;
+  std::vector<std::uint32_t> shared_out_;  ///< fibers by share
+  std::vector<Share> shares_;
 };
 
 }  // namespace weave

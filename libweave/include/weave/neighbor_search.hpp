@@ -4,17 +4,6 @@
 
 namespace weave {
 
-/// Fills the touched side of the active contacts and makes room for their reactions.
-void index_targets(const Model& model, ActiveContacts& contacts);
-
-/// Picks from the list what can touch while no node moves by more than skin/2, following each contact's closest points. Bits do not
-/// depend on the number of threads.
-void pick_active(const Model& model, const FiberGeometry& geometry, double skin, ContactList& contacts);
-
-/// Finds the contacts with the reed that can come about while no fiber approaches it by more than the skin [m]; those that stand keep their
-/// friction. active_x_max: nodes beyond it touch nothing [m].
-void pick_on_reed(const Model& model, const FiberGeometry& geometry, double skin, double active_x_max, ContactList& contacts);
-
 /// Finds all contacts between fibers that can come about while no two of them approach by more than the skin (cell grid, periodic in y),
 /// and keeps the friction of those that stood in the old list. Only nodes around which something has moved are searched anew; cloth at rest
 /// costs nothing. Bits do not depend on the number of threads. active_x_max: nodes beyond it (the stored warp) touch nothing [m].
@@ -29,12 +18,6 @@ class NeighborSearch {
   void build(const Model& model, const FiberGeometry& geometry, double skin, double active_x_max, double moved_limit,
              std::vector<double>& moved, ContactList& contacts);
 
-  /// A contact found, with its spring if it touched before.
-  struct Found {
-    LineContact line;
-    FrictionSpring spring;
-  };
-
  private:
   struct Bin {
     std::vector<std::uint32_t> start, span, fiber;
@@ -46,12 +29,12 @@ class NeighborSearch {
   };
   void bin_spans(const Model& model, const FiberGeometry& geometry, double reach, double active_x_max);
   void search_fiber(const Model& model, const FiberGeometry& geometry, std::uint32_t fiber, double skin, double active_x_max,
-                    const std::vector<std::uint8_t>& stale, const ContactList& old, std::vector<Found>& found) const;
+                    const std::vector<std::uint8_t>& stale, const ContactList& old, std::vector<FoundContact>& found) const;
   Bin bins_;
   double bar_max_ = 0, reach_max_ = 0;
-  std::vector<std::vector<Found>> found_;  ///< by fiber
-  std::vector<std::uint8_t> stale_;        ///< per node: to be searched
-  std::vector<std::uint32_t> cell_;        ///< per node: of its span; beyond the last where it is not searched
+  std::vector<std::vector<FoundContact>> found_;  ///< by fiber
+  std::vector<std::uint8_t> stale_;               ///< per node: to be searched
+  std::vector<std::uint32_t> cell_;               ///< per node: of its span; beyond the last where it is not searched
 };
 
 }  // namespace weave

@@ -13,7 +13,6 @@ namespace weave {
 /// equal: w = sum (c x v).t / sum |c x t|^2, c from the centroid, t along the yarn.
 class YarnTurning {
  public:
-  YarnTurning() = default;
   explicit YarnTurning(const Model& model);
   /// Finds the sections anew; x: the nodes' positions (nodes) [m]. Nodes beyond `active_x_max` are in no section.
   void align(const Model& model, std::span<const Vec3> x, double active_x_max);
