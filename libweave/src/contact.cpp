@@ -56,7 +56,7 @@ inline double nearest_on_span(const Span& s, const Vec3& from_middle) {
 }
 
 double stored_in(const FrictionSpring& f) {
-  return f.stiffness > 0 ? 0.5 * (f.along * f.along + f.across * f.across) / f.stiffness : 0;
+  return f.holds() ? 0.5 * (f.along * f.along + f.across * f.across) / f.stiffness : 0;
 }
 
 void release(FrictionSpring& f, double& lost) {
@@ -109,8 +109,8 @@ inline Slip slip_of(const FiberGeometry& g, const Place& a, const Place& b, cons
 /// there whatever slides along. Lost is the work done on the spring, by the trapezoidal rule as the motion has it, that the spring does not
 /// store. The force is kept while the contact hardens, the slip while it softens, so that neither makes energy (Thornton & Randall 1988).
 inline void slide(FrictionSpring& spring, const Slip& slip, double stiffness, double cap, double interlock, double& lost) {
-  const double softness = spring.stiffness > 0 ? 1 / spring.stiffness : 0;
-  const double share = spring.stiffness > 0 ? std::min(stiffness * softness, 1.0) : 0;
+  const double softness = spring.holds() ? 1 / spring.stiffness : 0;
+  const double share = spring.holds() ? std::min(stiffness * softness, 1.0) : 0;
   double f = spring.along * share - stiffness * slip.along_b, a = spring.across * share - stiffness * slip.across();
   const double locked = std::clamp(a, -interlock, interlock), free = a - locked;
   const double force2 = f * f + slip.sine2() * free * free;
@@ -328,7 +328,7 @@ void line_contact(const Target& at, LineContact& c, FrictionSpring& spring, cons
   const double gap = distance - touch_reach(m, at.fiber, other);
   // What the fibers may come nearer by in the next step.
   const double approach = g.reach_ahead[p] - g.travel[p] + g.reach_ahead[c.span] - g.travel[c.span];
-  const bool held = spring.stiffness > 0;
+  const bool held = spring.holds();
   if (gap >= approach && !held) return let_sleep(g, gap, c);
   NormalSum normal;
   normal.gap = gap;
