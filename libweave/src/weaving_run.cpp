@@ -7,6 +7,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <numeric>
 
 #include "weave/checkpoint.hpp"
 #include "weave/fiber_path.hpp"
@@ -477,7 +478,12 @@ class WeavingRun {
     s.contact_node_steps = loom_.node_steps;
     s.contact_steps = loom_.contact_steps;
     s.picks = static_cast<int>(loom_.pick);
-    for (const double load : result_.history.reed_load_per_beat_N) s.reed_load_max = std::max(s.reed_load_max, load);
+    const std::vector<double>& loads = result_.history.reed_load_per_beat_N;
+    if (!loads.empty()) {
+      const auto last = static_cast<std::ptrdiff_t>(std::min(loads.size(), static_cast<std::size_t>(case_.picks_per_cell())));
+      s.reed_load_max = *std::max_element(loads.begin(), loads.end());
+      s.reed_load_mean = std::accumulate(loads.end() - last, loads.end(), 0.0) / static_cast<double>(last);
+    }
     s.warp_tension_mean = loom_.tension_count > 0 ? loom_.tension_sum / loom_.tension_count : 0;
     for (std::size_t k = 2; k < cells_.size(); ++k) s.steadiness.push_back(steadiness(cells_[k - 1], cells_[k]));
     s.order_violations = static_cast<int>(loom_.order_violations);

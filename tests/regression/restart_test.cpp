@@ -75,6 +75,9 @@ TEST(weaving_restart, small_case_is_woven) {
   EXPECT_EQ(straight().summary.picks, 4);
   EXPECT_EQ(straight().summary.order_violations, 0);
   EXPECT_EQ(straight().summary.late_searches, 0);
+  const std::vector<double>& loads = straight().history.reed_load_per_beat_N;  // one cell: all of them
+  ASSERT_EQ(loads.size(), 4U);
+  EXPECT_DOUBLE_EQ(straight().summary.reed_load_mean, (loads[0] + loads[1] + loads[2] + loads[3]) / 4);
 }
 
 TEST(weaving_restart, stopped_and_resumed_gives_the_same_bits) {

@@ -80,6 +80,13 @@ TEST_F(StudyTest, SecondDiscretizationRepeatsEachRun) {
   EXPECT_EQ(study.runs[0].spec.yarns.at("km2_600").fibers, 7);
 }
 
+TEST_F(StudyTest, SecondDiscretizationMayRepeatSomeRuns) {
+  const std::string text = "[vary]\nloom.tension = [1, 2]\n[error]\nset = { numerics.element_length = 1 }\nruns = ";
+  EXPECT_THAT(names(read_study(write(text + "[\"tension_2\"]\n"))), ElementsAre("tension_1", "tension_2", "tension_2_second"));
+  EXPECT_THAT(error_of(text + "[\"tension_3\"]\n"),
+              HasSubstr("error.runs = [ 'tension_3' ]: has \"tension_3\"; must be names of the study's runs: tension_1, tension_2"));
+}
+
 TEST_F(StudyTest, CasesMayVaryAndUntilFollowsTheFigures) {
   const std::string glass = (path(HEDDLE_CASES_DIR) / "eglass_7628").string();
   const Study study = read_study(

@@ -87,6 +87,7 @@ std::vector<std::string> keys_of(const std::string& stage) {
             "steps",
             "dt_s",
             "reed_load_max_N",
+            "reed_load_mean_N",
             "warp_tension_mean_N",
             "thickness_m",
             "thickness_mean_m",

@@ -452,6 +452,7 @@ Study read_study(const path& given) {
   const std::vector<Entry> second = read_assignments(error.find("set"), "error.set", mistakes);
   if (top.find("error") && second.empty())
     error.mistake("set", "is missing or empty; expected the second discretization's keys and values");
+  const std::vector<std::string> repeated = error.find("runs") ? error.texts("runs") : std::vector<std::string>();
   error.report_unknown();
   if (!top.find("vary") && !top.find("run")) top.mistake("vary", "missing; give it, or one or more [[run]]");
 
@@ -509,8 +510,17 @@ Study read_study(const path& given) {
   std::vector<Combination> combinations = grid_of(axes);
   combinations.insert(combinations.end(), listed.begin(), listed.end());
   name_combinations(combinations);
+  std::vector<std::string> names;
+  for (const Combination& c : combinations) names.push_back(c.name);
+  for (const std::string& name : repeated) {
+    if (std::find(names.begin(), names.end(), name) == names.end())
+      error.mistake("runs", fmt::format("has \"{}\"; must be names of the study's runs: {}", name, fmt::join(names, ", ")));
+  }
   Expansion expansion(study, base_case.empty() ? path() : study.file.parent_path() / base_case, mistakes);
-  for (const Combination& c : combinations) expansion.add(c, settings, second);
+  const auto is_repeated = [&](const Combination& c) {
+    return repeated.empty() || std::find(repeated.begin(), repeated.end(), c.name) != repeated.end();
+  };
+  for (const Combination& c : combinations) expansion.add(c, settings, is_repeated(c) ? second : std::vector<Entry>());
   mistakes.throw_if_any();
   return study;
 }

@@ -56,15 +56,23 @@ const std::vector<std::string>& stage_names();
 ///     question = "..."
 ///     case = "../../example_1"                # relative to this file; or vary.case, or run.case
 ///     until = "weave"                         # default: the last stage that a collected figure needs
-///     collect = ["weave.reed_load_max_N"]     # stage.key of the stage's summary.json, deeper by more dots, list entries by number or
-///     "last" [set]                                   # for all runs; keys of the case or of a later stage "yarns.*.fibers" = 7 # of all
-///     yarns of the case fabric.cells = 4 [vary]                                  # grid of all combinations beat_up.top_speed = ["3 m/s",
-///     "4.5 m/s"]
+///     collect = ["weave.reed_load_max_N"]     # stage.key of its summary.json; deeper, and list entries by number or "last", by more dots
+///
+///     [set]                                   # for all runs; keys of the case or of a later stage
+///     "yarns.*.fibers" = 7                    # of all yarns of the case
+///     fabric.cells = 4
+///
+///     [vary]                                  # grid of all combinations
+///     beat_up.top_speed = ["3 m/s", "4.5 m/s"]
+///
 ///     [[run]]                                 # a single combination, instead of the grid or beside it
 ///     name = "slow"                           # default: from its values
 ///     set = { beat_up.top_speed = "1 m/s" }
-///     [error]                                 # each run is repeated with this; the difference is the figures' error
+///
+///     [error]                                 # runs are repeated with this; the difference is the figures' error
 ///     set = { numerics.element_length = 1 }
+///     runs = ["slow"]                         # which, by name; default: all
+///
 ///     [[reference]]                           # a measured value to show beside a figure
 ///     key = "weave.thickness_m"
 ///     value = 1.8e-4
