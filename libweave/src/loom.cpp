@@ -158,7 +158,7 @@ std::vector<Eigen::Vector2d> bundle_section(int fibers, double radius, double ga
   } else if (fibers == 3 && 2 * d <= width) {
     places = {{0, 2 * row / 3}, {-d / 2, -row / 3}, {d / 2, -row / 3}};
   } else if (fibers == 5 && fits) {
-    places = {{0, 0}, {d, 0}, {-d, 0}, {0, d}, {0, -d}};
+    places = {{0, -0.4 * row}, {-d, -0.4 * row}, {d, -0.4 * row}, {-d / 2, 0.6 * row}, {d / 2, 0.6 * row}};
   } else if (fits) {
     for (int r = -k; r <= k; ++r) {
       const int in_row = 2 * k + 1 - std::abs(r);
