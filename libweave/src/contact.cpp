@@ -15,13 +15,15 @@ constexpr int walk_limit = 50;
 /// Of Newton's method to a closest point, which ends with a step below `converged` of the span: mostly the third or fourth.
 constexpr int newton_limit = 12;
 constexpr double converged = 1e-8;
+/// A step of it below this leaves less than `converged`, as the next goes with its square.
+constexpr double nearly_converged = 1e-5;
 /// Of the length of the tangent, squared: below it a point is so near the axis's center of curvature that Newton's method would overshoot.
 constexpr double flattest = 0.1;
 
 /// How many contacts ahead memory is asked for that lies apart or that another core has written: of the touched spans.
 constexpr std::uint32_t span_ahead = 6;
-/// The same of reactions, and before them of where they are.
-constexpr std::uint32_t reaction_ahead = 12, place_ahead = 32;
+/// The same of reactions.
+constexpr std::uint32_t reaction_ahead = 12;
 /// Of the line law on the length of fiber, half a diameter at most, that a point between two yarns stands for.
 constexpr int samples = 4;
 
@@ -41,16 +43,37 @@ Step previous_span(const Model& m, std::uint32_t s) {
   return {n.has_before, n.before, n.wraps_before ? -1 : 0};
 }
 
-/// u of the point of a span, thought to go on beyond its ends, that is nearest to a point `from_middle` its middle: (r - c(u)).c'(u) = 0.
+/// The cubic (r - c(u)).c'(u) whose root is the point of a span nearest to a point r from its middle. T: double, or an array of them.
+struct NearnessCubic {
+  double slope2, slope_curve, curve2;
+  explicit NearnessCubic(const Span& s) : slope2(s.slope.squaredNorm()), slope_curve(s.slope.dot(s.curve)), curve2(s.curve.squaredNorm()) {}
+
+  /// Its value; along = r.slope, steep = slope^2 - r.curve.
+  template <typename T>
+  T value(const T& along, const T& steep, const T& u) const {
+    return along - u * (steep + u * (1.5 * slope_curve + 0.5 * curve2 * u));
+  }
+  template <typename T>
+  T minus_slope(const T& steep, const T& u) const {
+    return steep + u * (3 * slope_curve + 1.5 * curve2 * u);
+  }
+  template <typename T>
+  T length2_of_tangent(const T& u) const {
+    return slope2 + u * (2 * slope_curve + curve2 * u);
+  }
+};
+
+/// u of the point of a span, thought to go on beyond its ends, that is nearest to a point `from_middle` its middle.
 inline double nearest_on_span(const Span& s, const Vec3& from_middle) {
-  double u = from_middle.dot(s.slope) / s.slope.squaredNorm();
-  if (s.curve.isZero(0)) return u;
+  const NearnessCubic cubic(s);
+  const double along = from_middle.dot(s.slope), steep = cubic.slope2 - from_middle.dot(s.curve);
+  double u = 0;
   for (int i = 0; i < newton_limit; ++i) {
-    const Vec3 r = from_middle - u * s.slope - (0.5 * u * u) * s.curve, t = s.tangent(u);
-    const double t2 = t.squaredNorm(), steepness = t2 - r.dot(s.curve);
-    const double change = r.dot(t) / (steepness > flattest * t2 ? steepness : t2);
+    const double slope = cubic.minus_slope(steep, u), length2 = cubic.length2_of_tangent(u);
+    const bool newton = slope > flattest * length2;
+    const double change = cubic.value(along, steep, u) / (newton ? slope : length2);
     u += change;
-    if (std::abs(change) < converged) break;
+    if (std::abs(change) < (newton ? nearly_converged : converged)) break;
   }
   return u;
 }
@@ -162,6 +185,40 @@ struct SampleVectors {
   [[nodiscard]] Vec3 sum(const Samples& weight) const { return {(weight * x).sum(), (weight * y).sum(), (weight * z).sum()}; }
 };
 
+/// What all contacts of a fiber with another have in common.
+struct FiberPair {
+  std::uint32_t other = none;
+  const PairLaw* law = nullptr;
+  double touch_reach = 0, share_of_points = 0;
+  bool meets_at_nodes = false, on_reed = false;
+
+  static constexpr auto none = std::numeric_limits<std::uint32_t>::max();
+};
+
+/// Those of the fibers that a fiber has touched of late, as its contacts come back to the same few again and again.
+class FiberPairs {
+ public:
+  FiberPairs(const Model& model, std::uint32_t fiber) : model_(model), fiber_(fiber) {}
+
+  const FiberPair& with(std::uint32_t other) {
+    FiberPair& pair = pairs_[other % pairs_.size()];
+    if (pair.other != other) {
+      pair = {other,
+              &model_.pair_law(fiber_, other),
+              touch_reach(model_, fiber_, other),
+              share_of_points(model_, fiber_, other),
+              meets_at_nodes(model_, fiber_, other),
+              model_.role[other] == Role::reed};
+    }
+    return pair;
+  }
+
+ private:
+  const Model& model_;
+  std::uint32_t fiber_;
+  std::array<FiberPair, 32> pairs_;
+};
+
 struct Target {
   const Model& model;
   const FiberGeometry& g;
@@ -179,10 +236,6 @@ inline Vec3 unit_normal(const PairLaw& law, const Vec3& separation, double dista
   return (1 / std::max(distance, 1e-3 * law.reach)) * separation;
 }
 
-inline ContactStiffness stiffness_along(const Vec3& n, double normal, double friction, bool all_round) {
-  return {n.cast<float>(), static_cast<float>(normal), static_cast<float>(friction), 0, all_round};
-}
-
 /// Calls f(node, share) for the nodes that carry the place u of a span.
 template <typename F>
 void each_node_at(const Model& m, const FiberGeometry& g, std::uint32_t fiber, std::uint32_t span, double u, F&& f) {
@@ -193,10 +246,10 @@ void each_node_at(const Model& m, const FiberGeometry& g, std::uint32_t fiber, s
   if (nodes.has_after) f(nodes.after, share[2]);
 }
 
-/// Adds what a contact does to the nodes that carry the place u of a span; t the touched fiber's unit tangent.
+/// Adds what a contact does to the nodes that carry the place u of a span.
 void add_stiffness(const Model& m, const FiberGeometry& g, std::uint32_t fiber, std::uint32_t span, double u, const ContactStiffness& felt,
-                   const Vec3& t, std::span<DirectionalStiffness> stiffness) {
-  each_node_at(m, g, fiber, span, u, [&](std::uint32_t p, double share) { felt.add_to(stiffness[p], share, g.amplitude[p], t); });
+                   std::span<DirectionalStiffness> stiffness) {
+  each_node_at(m, g, fiber, span, u, [&](std::uint32_t p, double share) { felt.add_to(stiffness[p], share, g.amplitude[p]); });
 }
 
 /// Guess at the amplitude of the place u of a span in the fastest oscillation, as its nodes have it.
@@ -230,9 +283,9 @@ inline void push(const Target& at, const PairLaw& law, const AxisPoint& q, doubl
   sum.size += weight * force;
   sum.u_a += weight * force * u;
   sum.u_b += weight * force * q.u;
-  if (!reaction.active) reaction = {{}, stiffness_along(n, 0, 0, false), static_cast<float>(q.u), span, true};
+  if (!reaction.active) reaction = {{}, {}, static_cast<float>(q.u), span, true};
   reaction.force.add(-pull, q.u);
-  reaction.stiffness.normal += static_cast<float>(bound);
+  reaction.stiffness.springs.add(bound, n);
   note_overlap(ratio, node, span, sums);
   if (at.with_energy) sums.energy += weight * law.line_energy(overlap);
 }
@@ -246,18 +299,19 @@ inline bool push_samples_on_span(const Target& at, const LineContact& c, const P
   start.y() -= c.image * at.model.period_y;
   const Samples u = double{c.at} + at.offsets / at.model.points[at.fiber];
   const SampleVectors from_middle = SampleVectors::on_curve(start, a.slope, a.curve, u);
-  Samples v = from_middle.dot(b.slope) / b.slope.squaredNorm();
-  SampleVectors r = from_middle - SampleVectors::on_curve(Vec3::Zero(), b.slope, b.curve, v);
+  const NearnessCubic cubic(b);
+  const Samples along = from_middle.dot(b.slope), steep = cubic.slope2 - from_middle.dot(b.curve);
+  Samples v = Samples::Zero();
   for (int i = 0; i < newton_limit; ++i) {
-    const SampleVectors t{b.slope.x() + v * b.curve.x(), b.slope.y() + v * b.curve.y(), b.slope.z() + v * b.curve.z()};
-    const Samples t2 = t.dot(t), steepness = t2 - r.dot(b.curve);
-    const Samples change = r.dot(t) / (steepness > flattest * t2).select(steepness, t2);
+    const Samples slope = cubic.minus_slope(steep, v), length2 = cubic.length2_of_tangent(v);
+    const auto newton = slope > flattest * length2;
+    const Samples change = cubic.value(along, steep, v) / newton.select(slope, length2);
     v += change;
-    r = from_middle - SampleVectors::on_curve(Vec3::Zero(), b.slope, b.curve, v);
-    if (change.abs().maxCoeff() < converged) break;
+    if (change.abs().maxCoeff() < (newton.all() ? nearly_converged : converged)) break;
   }
   if (v.minCoeff() < b.low || v.maxCoeff() > b.high) return false;
 
+  const SampleVectors r = from_middle - SampleVectors::on_curve(Vec3::Zero(), b.slope, b.curve, v);
   const double w = weight / samples * law.line;
   const Samples distance = r.dot(r).sqrt(), overlap = (law.reach - distance).max(0);
   const double deepest = overlap.maxCoeff();
@@ -277,11 +331,7 @@ inline bool push_samples_on_span(const Target& at, const LineContact& c, const P
   sum.size = force.sum();
   sum.u_a = (force * u).sum();
   sum.u_b = (force * v).sum();
-  reaction = {{-pull, -r.sum(per_r_v), -r.sum(0.5 * per_r_v * v)},
-              stiffness_along(pull.normalized(), sum.bound, 0, true),
-              static_cast<float>(sum.u_b / sum.size),
-              c.span,
-              true};
+  reaction = {{-pull, -r.sum(per_r_v), -r.sum(0.5 * per_r_v * v)}, {}, static_cast<float>(sum.u_b / sum.size), c.span, true};
   note_overlap(deepest * law.inverse_reach, c.node, c.span, sums);
   return true;
 }
@@ -311,21 +361,21 @@ inline NormalSum push_samples(const Target& at, const LineContact& c, const Pair
 }
 
 /// `before`: the contact evaluated before this one, or none.
-void line_contact(const Target& at, LineContact& c, FrictionSpring& spring, const LineContact* before, std::span<Reaction, 2> reaction,
-                  ContactSums& sums) {
+void line_contact(const Target& at, FiberPairs& pairs, LineContact& c, FrictionSpring& spring, const LineContact* before,
+                  std::span<Reaction, 2> reaction, ContactSums& sums) {
   const Model& m = at.model;
   const FiberGeometry& g = at.g;
   const std::uint32_t p = c.node, other = m.fiber_of[c.span];
-  const PairLaw& law = m.pair_law(at.fiber, other);
+  const FiberPair& pair = pairs.with(other);
+  const PairLaw& law = *pair.law;
   const AxisPoint q = walk_to_point(m, g, contact_point(g, c), c.span, c.image);
-  const bool one_yarn = meets_at_nodes(m, at.fiber, other);
-  const bool on_reed = m.role[other] == Role::reed;
-  const double weight = share_of_points(m, at.fiber, other) * (one_yarn ? m.tributary[p] : m.point_length[at.fiber]);
+  const bool one_yarn = pair.meets_at_nodes, on_reed = pair.on_reed;
+  const double weight = pair.share_of_points * (one_yarn ? m.tributary[p] : m.point_length[at.fiber]);
   // Two contacts of one point, each followed along a bent fiber from a place of its own, have met: then the first counts alone.
   if (before != nullptr && spans_apart(m, *before, c) <= 1) return release(spring, sums.slip_loss);
   if (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.span, c.image)) return release(spring, sums.slip_loss);
   const double distance = std::sqrt(q.distance2);
-  const double gap = distance - touch_reach(m, at.fiber, other);
+  const double gap = distance - pair.touch_reach;
   // What the fibers may come nearer by in the next step.
   const double approach = g.reach_ahead[p] - g.travel[p] + g.reach_ahead[c.span] - g.travel[c.span];
   const bool held = spring.holds();
@@ -345,7 +395,7 @@ void line_contact(const Target& at, LineContact& c, FrictionSpring& spring, cons
     // The next step is already chosen, and they may overlap by so much after it: the one after that has to be short enough.
     const double k = weight * law.line_stiffness(std::min(overlap, 0.5 * law.reach));
     const Vec3 n = unit_normal(law, q.separation, distance);
-    add_stiffness(m, g, at.fiber, p, c.at, stiffness_along(n, k, 0, true), n, at.stiffness);
+    add_stiffness(m, g, at.fiber, p, c.at, {DirectionalStiffness::along(n, k, 0)}, at.stiffness);
     return;
   }
   sums.touching += touches;
@@ -364,7 +414,7 @@ void line_contact(const Target& at, LineContact& c, FrictionSpring& spring, cons
   }
   const double arm = apart.norm();
   const Vec3 n = unit_normal(law, apart, arm);
-  ContactStiffness felt = stiffness_along(n, share * normal.bound, share * friction_stiffness, true);
+  ContactStiffness felt{DirectionalStiffness::along(n, share * normal.bound, share * friction_stiffness)};
   if (held && !on_reed && !reaction[1].active) {  // the guesses have not seen what is new
     felt.swing = static_cast<float>(swing_at(m, g, at.fiber, p, on_a.u) + swing_at(m, g, other, c.span, on_b.u));
   }
@@ -382,17 +432,16 @@ void line_contact(const Target& at, LineContact& c, FrictionSpring& spring, cons
     normal.force.add(drag, on_a.u);
     if (one_yarn) at.couple[p] += arm * spring.across;
     normal.force.add_to_tangent((spring.across * slip.arm_a) * n, on_a.u);
-    if (!reaction[0].active) reaction[0] = {{}, felt, static_cast<float>(on_b.u), c.span, true};
+    if (!reaction[0].active) reaction[0] = {{}, {}, static_cast<float>(on_b.u), c.span, true};
     reaction[0].force.add(-drag, on_b.u);
     reaction[0].force.add_to_tangent((along_b * slip.arm_b) * n, on_b.u);
-    reaction[0].stiffness.friction = felt.friction;
-    reaction[0].stiffness.all_round = felt.all_round;
+    if (reaction[1].active) reaction[0].stiffness.springs += DirectionalStiffness::along(n, 0, friction_stiffness);
     if (at.with_energy) sums.friction_store += stored_in(spring);
   }
   at.force[p] += normal.force;
-  add_stiffness(m, g, at.fiber, p, on_a.u, felt, slip.t_b, at.stiffness);
-  if (felt.swing > 0) {
-    reaction[0].stiffness.swing = felt.swing;
+  add_stiffness(m, g, at.fiber, p, on_a.u, felt, at.stiffness);
+  if (!reaction[1].active) {
+    reaction[0].stiffness = felt;
     reaction[0].at = static_cast<float>(on_b.u);  // the place that its swing is of
   }
 }
@@ -431,10 +480,13 @@ void node_contact(const Target& at, LineContact& c, FrictionSpring& spring, Reac
   }
   const double normal_stiffness = kn * (1 + overlap / law.reach);
   const auto felt = [&](const Vec3& to) {
-    return stiffness_along(to / std::max(to.norm(), 1e-3 * law.reach), normal_stiffness, friction * kn, false);
+    ContactStiffness along_and_sideways;
+    along_and_sideways.springs.add(normal_stiffness, to / std::max(to.norm(), 1e-3 * law.reach));
+    along_and_sideways.springs.add(friction * kn, t);
+    return along_and_sideways;
   };
   at.force[p].add_to_node(on_node);
-  felt(to_p).add_to(at.stiffness[p], 1, 1, t);
+  felt(to_p).add_to(at.stiffness[p], 1, 1);
   reaction = {{}, felt(to_q), 0, other, true};
   reaction.force.add_to_node(on_other);
   if (at.with_energy) sums.energy += weight * law.line_energy(overlap);
@@ -519,6 +571,7 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
                               std::span<double> couple) {
   ContactSums sums;
   const Target at{model, geometry, fiber, dt, with_energy, force, stiffness, couple, sample_offsets()};
+  FiberPairs pairs(model, fiber);
   std::array<Reaction, 2> reaction;
   for (ActiveContacts* active : {&contacts.active, &contacts.on_reed}) {
     const LineContact* before = nullptr;
@@ -526,25 +579,25 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
     const std::uint32_t end = active->of[fiber + 1];
     for (std::uint32_t i = active->of[fiber]; i < end; ++i) {
       LineContact& contact = active->line[i];
-      if (const std::uint32_t ahead = i + span_ahead; ahead < end && active->reacts[ahead] > 0) {
+      if (const std::uint32_t ahead = i + span_ahead; ahead < end && active->line[ahead].asleep_until == 0) {
         fetch(geometry.span[active->line[ahead].span]);
         fetch(geometry.rate[active->line[ahead].span]);
       }
-      active->reacts[i] = 0;
       if (geometry.reach_ahead[contact.node] + geometry.reach_ahead[contact.span] < contact.asleep_until) continue;
+      contact.asleep_until = 0;
       if (model.node_contact && active == &contacts.active) {
         node_contact(at, contact, active->spring[i], reaction[0], sums);
       } else {
-        line_contact(at, contact, active->spring[i], before, reaction, sums);
+        line_contact(at, pairs, contact, active->spring[i], before, reaction, sums);
         before = &contact;
       }
-      active->slot[i] = slot;
+      const std::uint32_t first = slot;
       for (Reaction& r : reaction) {
         if (!r.active) continue;
         active->reaction[slot++] = r;
-        ++active->reacts[i];
         r.active = false;
       }
+      active->reacts[active->place[i]] = {first, slot};
     }
   }
   return sums;
@@ -553,25 +606,17 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
 void gather_reactions(const Model& model, const FiberGeometry& geometry, const ContactList& contacts, std::uint32_t fiber,
                       std::span<SpanForce> force, std::span<DirectionalStiffness> stiffness) {
   const ActiveContacts& active = model.role[fiber] == Role::reed ? contacts.on_reed : contacts.active;
-  const std::uint32_t end = active.target_of[fiber + 1];
-  for (std::uint32_t i = active.target_of[fiber]; i < end; ++i) {
-    if (i + place_ahead < end) {
-      fetch(active.reacts[active.target[i + place_ahead]]);
-      fetch(active.slot[active.target[i + place_ahead]]);
-    }
-    if (i + reaction_ahead < end) {
-      if (const std::uint32_t ahead = active.target[i + reaction_ahead]; active.reacts[ahead] > 0)
-        fetch(active.reaction[active.slot[ahead]]);
-    }
-    const std::uint32_t at = active.target[i];
-    if (active.reacts[at] == 0) continue;
-    for (std::uint32_t k = active.slot[at]; k < active.slot[at] + active.reacts[at]; ++k) {
+  const std::uint32_t end = active.place_of[fiber + 1];
+  for (std::uint32_t i = active.place_of[fiber]; i < end; ++i) {
+    if (const std::uint32_t ahead = i + reaction_ahead; ahead < end && active.reacts[ahead].any())
+      fetch(active.reaction[active.reacts[ahead].begin()]);
+    for (std::uint32_t k = active.reacts[i].begin(); k < active.reacts[i].end(); ++k) {
       const Reaction& r = active.reaction[k];
       force[r.span] += r.force;
       if (model.node_contact && model.role[fiber] != Role::reed) {
-        r.stiffness.add_to(stiffness[r.span], 1, 1, geometry.span[r.span].slope.normalized());
+        r.stiffness.add_to(stiffness[r.span], 1, 1);
       } else {
-        add_stiffness(model, geometry, fiber, r.span, r.at, r.stiffness, geometry.span[r.span].tangent(r.at).normalized(), stiffness);
+        add_stiffness(model, geometry, fiber, r.span, r.at, r.stiffness, stiffness);
       }
     }
   }

@@ -127,19 +127,18 @@ void pick_on_reed(const Model& m, const FiberGeometry& g, double skin, double ac
 
 void index_targets(const Model& m, ActiveContacts& active) {
   const auto count = static_cast<std::uint32_t>(active.number.size());
-  active.reacts.assign(count, 0);
-  active.slot.resize(count);
+  active.reacts.assign(count, {});
   active.reaction.resize(2 * active.number.size());
   const auto touched = [&](std::uint32_t i) { return m.fiber_of[active.line[i].span]; };
-  active.target.resize(count);
-  active.target_of.assign(m.fibers() + 1, 0);
+  active.place.resize(count);
+  active.place_of.assign(m.fibers() + 1, 0);
   // Each thread counts, and then places, the contacts of a share of its own, one share after the other.
-  std::vector<std::vector<std::uint32_t>> place(static_cast<std::size_t>(omp_get_max_threads()));
-#pragma omp parallel num_threads(static_cast <int>(place.size()))
+  std::vector<std::vector<std::uint32_t>> next_place(static_cast<std::size_t>(omp_get_max_threads()));
+#pragma omp parallel num_threads(static_cast <int>(next_place.size()))
   {
     const auto team = static_cast<std::size_t>(omp_get_num_threads()), thread = static_cast<std::size_t>(omp_get_thread_num());
     const auto begin = static_cast<std::uint32_t>(count * thread / team), end = static_cast<std::uint32_t>(count * (thread + 1) / team);
-    std::vector<std::uint32_t>& at = place[thread];
+    std::vector<std::uint32_t>& at = next_place[thread];
     at.assign(m.fibers(), 0);
     for (std::uint32_t i = begin; i < end; ++i) ++at[touched(i)];
 #pragma omp barrier
@@ -147,11 +146,11 @@ void index_targets(const Model& m, ActiveContacts& active) {
     {
       std::uint32_t next = 0;
       for (std::size_t f = 0; f < m.fibers(); ++f) {
-        for (std::size_t t = 0; t < team; ++t) next += std::exchange(place[t][f], next);
-        active.target_of[f + 1] = next;
+        for (std::size_t t = 0; t < team; ++t) next += std::exchange(next_place[t][f], next);
+        active.place_of[f + 1] = next;
       }
     }
-    for (std::uint32_t i = begin; i < end; ++i) active.target[at[touched(i)]++] = i;
+    for (std::uint32_t i = begin; i < end; ++i) active.place[i] = at[touched(i)]++;
   }
 }
 

@@ -23,6 +23,7 @@ constexpr int calm_steps_to_grow = 50;
 /// Share of the power method in the guess at the fastest oscillation, which would otherwise be even; near 1 it follows single nodes too
 /// closely.
 constexpr double amplitude_gain = 0.85;
+constexpr double rounding = 1e-5;             ///< of the sums of stiffnesses, in single precision
 constexpr double frequency_smoothing = 0.02;  ///< weight of one step
 constexpr double node_cost = 5;               ///< of a node's bar and motion, in units of a contact at hand, most of which sleep
 
@@ -359,9 +360,10 @@ void Engine::look_ahead(std::uint32_t f) {
 /// Bound on the squared frequencies of a node [1/s^2]; where it is far below the largest, a loose one. Takes a step toward the node's
 /// amplitude in the fastest oscillation, (1 - gain K/m / omega^2)^-1 of an even one: no guess makes a bound wrong, a good one makes it low.
 double Engine::bound_frequency(std::uint32_t p) {
-  double bound = model_.inverse_mass[p] * stiffness_[p].trace();
+  const double scale = (1 + rounding) * model_.inverse_mass[p];
+  double bound = scale * stiffness_[p].trace();
   if (!(bound < 0.5 * state_.frequency2)) {
-    bound = model_.inverse_mass[p] * std::sqrt(std::sqrt(std::sqrt(stiffness_[p].eighth_powers())));
+    bound = scale * stiffness_[p].largest();
   }
   if (state_.frequency2 > 0) {
     double& amplitude = state_.amplitude[p];

@@ -30,7 +30,7 @@ struct LineContact {
   std::uint32_t span = 0;   ///< node of the touched span; follows the closest point from step to step
   std::int32_t image = 0;   ///< the touched fiber is shifted by image * period_y
   float at = 0;             ///< of the point along its span: u = -1/2...1/2
-  double asleep_until = 0;  ///< travel of the two spans, summed, before which they can not come near a touch [m]
+  double asleep_until = 0;  ///< travel of the two spans, summed, before which they can not come near a touch; 0: awake [m]
 };
 
 /// A contact found, with its spring if it touched before.
@@ -39,25 +39,14 @@ struct FoundContact {
   FrictionSpring spring;
 };
 
-/// How a contact resists motion, for the bound on the time step: `normal` along a unit vector n, `friction` along the touched bar or, where
-/// `all_round`, in every direction normal to n.
+/// How a contact resists motion, for the bound on the time step.
 struct ContactStiffness {
-  Eigen::Vector3f n = Eigen::Vector3f::Zero();
-  float normal = 0, friction = 0;  ///< [N/m]
-  float swing = 0;                 ///< sum of the two ends' amplitudes, Y of DirectionalStiffness; 0: c = 2
-  bool all_round = false;
+  DirectionalStiffness springs;
+  float swing = 0;  ///< sum of the two ends' amplitudes, Y of DirectionalStiffness; 0: c = 2
 
-  /// Adds a share of it to what a node that swings by `amplitude` feels; t the touched bar's unit tangent.
-  void add_to(DirectionalStiffness& node, double share_of_end, double amplitude, const Vec3& t) const {
-    const double share = share_of_end * (swing > 0 ? swing / amplitude : 2);
-    const Vec3 along = n.cast<double>();
-    if (all_round) {
-      node.add(share * (normal - friction), along);
-      node.add_all_round(share * friction);
-    } else {
-      node.add(share * normal, along);
-      node.add(share * friction, t);
-    }
+  /// Adds a share of it to what a node that swings by `amplitude` feels.
+  void add_to(DirectionalStiffness& node, double share_of_end, double amplitude) const {
+    node.k += static_cast<float>(share_of_end * (swing > 0 ? swing / amplitude : 2)) * springs.k;
   }
 };
 
@@ -70,17 +59,30 @@ struct Reaction {
   bool active = false;
 };
 
+/// Where a contact's reactions are: on the bar at hand and on one beside it, at most. One number, as all contacts at hand are looked
+/// through.
+class ReactionsOfContact {
+ public:
+  ReactionsOfContact() = default;
+  ReactionsOfContact(std::uint32_t begin, std::uint32_t end) : packed_(4 * begin + (end - begin)) {}
+  [[nodiscard]] std::uint32_t begin() const { return packed_ / 4; }
+  [[nodiscard]] std::uint32_t end() const { return begin() + packed_ % 4; }
+  [[nodiscard]] bool any() const { return packed_ % 4 > 0; }
+
+ private:
+  std::uint32_t packed_ = 0;
+};
+
 /// Those contacts that are near enough to be evaluated, one after the other in memory.
 struct ActiveContacts {
-  std::vector<std::uint32_t> number;     ///< in the list, rising
-  std::vector<LineContact> line;         ///< as they have been followed since they were picked
-  std::vector<FrictionSpring> spring;    ///< of the point's own bar on the touched one
-  std::vector<std::uint32_t> of;         ///< those of fiber f: of[f] ... of[f+1]-1
-  std::vector<std::uint32_t> target;     ///< touched side: places in `number` by touched fiber, rising
-  std::vector<std::uint32_t> target_of;  ///< as of
-  std::vector<std::uint8_t> reacts;      ///< how many reactions each has, at most two: on the bar at hand and on one beside it
-  std::vector<std::uint32_t> slot;       ///< of the first of them
-  std::vector<Reaction> reaction;        ///< those of fiber f's contacts from 2 of[f] on, one after the other
+  std::vector<std::uint32_t> number;       ///< in the list, rising
+  std::vector<LineContact> line;           ///< as they have been followed since they were picked
+  std::vector<FrictionSpring> spring;      ///< of the point's own bar on the touched one
+  std::vector<std::uint32_t> of;           ///< those of fiber f: of[f] ... of[f+1]-1
+  std::vector<std::uint32_t> place;        ///< of each among those sorted by touched fiber, then by number
+  std::vector<std::uint32_t> place_of;     ///< places of those that touch fiber f: place_of[f] ... place_of[f+1]-1
+  std::vector<ReactionsOfContact> reacts;  ///< by place
+  std::vector<Reaction> reaction;          ///< those of fiber f's contacts from 2 of[f] on, one after the other
 };
 
 /// Everything within the outer skin is listed at a search; what is within the inner skin is picked from the list more often. What touches

@@ -1,4 +1,6 @@
 #pragma once
+#include <cmath>
+
 #include "weave/vec.hpp"
 
 namespace weave {
@@ -9,40 +11,38 @@ namespace weave {
 /// above omega^2 = max(largest eigenvalue / m); so does c = 2, spring by spring. The nearer the y are to how far the nodes swing in the
 /// fastest oscillation, the lower is the bound (Collatz 1942).
 struct DirectionalStiffness {
-  double xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;  ///< [N/m]
+  using Numbers = Eigen::Array<float, 8, 1, Eigen::DontAlign>;
+  Numbers k = Numbers::Zero();  ///< xx yy zz xy xz yz, and two zeros: added as one [N/m]
 
-  void add(double k, const Vec3& n) {
-    const Vec3 kn = k * n;
-    xx += kn.x() * n.x();
-    yy += kn.y() * n.y();
-    zz += kn.z() * n.z();
-    xy += kn.x() * n.y();
-    xz += kn.x() * n.z();
-    yz += kn.y() * n.z();
+  /// Springs of `normal` along the unit vector n and of `across` along every direction normal to it.
+  static DirectionalStiffness along(const Vec3& n, double normal, double across) {
+    DirectionalStiffness s;
+    s.add(normal - across, n);
+    s.add_all_round(across);
+    return s;
   }
-  void add_all_round(double k) {
-    xx += k;
-    yy += k;
-    zz += k;
+  void add(double stiffness, const Vec3& n) {
+    const Vec3 kn = stiffness * n;
+    const Eigen::Array<double, 8, 1> all{
+        kn.x() * n.x(), kn.y() * n.y(), kn.z() * n.z(), kn.x() * n.y(), kn.x() * n.z(), kn.y() * n.z(), 0, 0};
+    k += all.cast<float>();
   }
+  void add_all_round(double stiffness) { k.head<3>() += static_cast<float>(stiffness); }
   DirectionalStiffness& operator+=(const DirectionalStiffness& o) {
-    xx += o.xx;
-    yy += o.yy;
-    zz += o.zz;
-    xy += o.xy;
-    xz += o.xz;
-    yz += o.yz;
+    k += o.k;
     return *this;
   }
-  [[nodiscard]] double trace() const { return xx + yy + zz; }  ///< not below the largest eigenvalue, at most three times it [N/m]
-  [[nodiscard]] DirectionalStiffness squared() const {
-    return {xx * xx + xy * xy + xz * xz, xy * xy + yy * yy + yz * yz, xz * xz + yz * yz + zz * zz,
-            xx * xy + xy * yy + xz * yz, xx * xz + xy * yz + xz * zz, xy * xz + yy * yz + yz * zz};
-  }
-  /// Sum of the eigenvalues' eighth powers: its root is not below the largest and at most 1.15 times it [(N/m)^8].
-  [[nodiscard]] double eighth_powers() const {
-    const DirectionalStiffness q = squared().squared();
-    return q.xx * q.xx + q.yy * q.yy + q.zz * q.zz + 2 * (q.xy * q.xy + q.xz * q.xz + q.yz * q.yz);
+  /// Not below the largest eigenvalue, at most three times it [N/m].
+  [[nodiscard]] double trace() const { return double{k[0]} + k[1] + k[2]; }
+  /// Eighth root of the sum of the eigenvalues' eighth powers: not below the largest and at most 1.15 times it [N/m].
+  [[nodiscard]] double largest() const {
+    Eigen::Array<double, 6, 1> q = k.head<6>().cast<double>();
+    for (int i = 0; i < 2; ++i) {  // squared, twice
+      const double xx = q[0], yy = q[1], zz = q[2], xy = q[3], xz = q[4], yz = q[5];
+      q << xx * xx + xy * xy + xz * xz, xy * xy + yy * yy + yz * yz, xz * xz + yz * yz + zz * zz,  //
+          xx * xy + xy * yy + xz * yz, xx * xz + xy * yz + xz * zz, xy * xz + yy * yz + yz * zz;
+    }
+    return std::sqrt(std::sqrt(std::sqrt(q.head<3>().square().sum() + 2 * q.tail<3>().square().sum())));
   }
 };
 
