@@ -172,7 +172,7 @@ TEST(ShippedStudies, AreReadAndTellTheirQuestion) {
     const Study study = read_study(entry.path());
     found.insert(study.name);
     EXPECT_EQ(study.name, entry.path().filename().string());
-    EXPECT_GE(study.runs.size(), 3u) << study.name;
+    EXPECT_GE(study.runs.size(), 4u) << study.name;
     EXPECT_EQ(study.question.back(), '?') << study.name;
     EXPECT_FALSE(study.second.empty()) << study.name << " has no error bars";
     std::ifstream readme(entry.path() / "README.md");
