@@ -12,7 +12,7 @@ namespace weave {
 namespace {
 
 constexpr int walk_limit = 50;
-/// Of Newton's method to a closest point, which ends with a step below `converged` of the span: mostly the third or fourth.
+/// Of Newton's method to a closest point, which ends with a step below `converged` of the span.
 constexpr int newton_limit = 12;
 constexpr double converged = 1e-8;
 /// A step of it below this leaves less than `converged`, as the next goes with its square.
@@ -269,8 +269,9 @@ struct NormalSum {
 };
 
 /// Pushes one sample of a contact, a share `weight` [m] of fiber at `u` of the point's span, off its closest point q on the span `span`.
-inline void push(const Target& at, const PairLaw& law, const AxisPoint& q, double weight, double u, std::uint32_t node, std::uint32_t span,
-                 Reaction& reaction, NormalSum& sum, ContactSums& sums) {
+/// Returns its bound on the stiffness along the normal [N/m].
+inline double push(const Target& at, const PairLaw& law, const AxisPoint& q, double weight, double u, std::uint32_t node,
+                   std::uint32_t span, Reaction& reaction, NormalSum& sum, ContactSums& sums) {
   const double distance = std::sqrt(q.distance2);
   const double overlap = law.reach - distance, ratio = overlap * law.inverse_reach;
   const auto [force, stiffness] = law.line_response(overlap);
@@ -285,9 +286,9 @@ inline void push(const Target& at, const PairLaw& law, const AxisPoint& q, doubl
   sum.u_b += weight * force * q.u;
   if (!reaction.active) reaction = {{}, {}, static_cast<float>(q.u), span, true};
   reaction.force.add(-pull, q.u);
-  reaction.stiffness.springs.add(bound, n);
   note_overlap(ratio, node, span, sums);
   if (at.with_energy) sums.energy += weight * law.line_energy(overlap);
+  return bound;
 }
 
 /// All samples of a contact at once where their closest points lie on one span. False, with nothing done, where they do not.
@@ -354,7 +355,8 @@ inline NormalSum push_samples(const Target& at, const LineContact& c, const Pair
     if (at_sample.distance2 >= law.reach * law.reach) continue;
     Reaction& on_span = reaction[span == c.span ? 0 : 1];
     if (on_span.active && on_span.span != span) continue;
-    push(at, law, at_sample, weight / samples, u, c.node, span, on_span, sum, sums);
+    const double bound = push(at, law, at_sample, weight / samples, u, c.node, span, on_span, sum, sums);
+    on_span.stiffness.springs.add(bound, unit_normal(law, at_sample.separation, std::sqrt(at_sample.distance2)));
   }
   sum.gap = std::sqrt(nearest2) - law.reach;
   return sum;
