@@ -105,9 +105,11 @@ struct Place {
 
 /// Slip of a place of fiber a on fiber b over a time dt, for the unit normal n from b to a. Fibers that run `side_by_side` slip along
 /// b, and over one another by what their yarn's turning does not explain.
-inline Slip slip_of(const FiberGeometry& g, const Place& a, const Place& b, const Vec3& n, double distance, bool side_by_side, double dt) {
+inline Slip slip_of(const Model& m, const FiberGeometry& g, const Place& a, const Place& b, const Vec3& n, double distance,
+                    bool side_by_side, double dt) {
   Slip slip;
-  const Span &rate_a = g.rate[a.span], &rate_b = g.rate[b.span];
+  const auto rate = [&](const Place& at) { return span_at(m, m.fiber_of[at.span], at.span, g.v, Vec3::Zero()); };
+  const Span rate_a = rate(a), rate_b = rate(b);
   const Vec3 relative = rate_a.point(a.u) - rate_b.point(b.u);
   slip.t_b = g.span[b.span].tangent(b.u);
   const double inverse_b = 1 / slip.t_b.norm();
@@ -420,7 +422,7 @@ void line_contact(const Target& at, FiberPairs& pairs, LineContact& c, FrictionS
   if (held && !on_reed && !reaction[1].active) {  // the guesses have not seen what is new
     felt.swing = static_cast<float>(swing_at(m, g, at.fiber, p, on_a.u) + swing_at(m, g, other, c.span, on_b.u));
   }
-  const Slip slip = slip_of(g, on_a, on_b, n, arm, one_yarn, at.dt);
+  const Slip slip = slip_of(m, g, on_a, on_b, n, arm, one_yarn, at.dt);
   if (friction > 0) {
     if (!touches) return part(spring, slip, sums.slip_loss);
     // Beside the middle of a crossing the samples also push along the fiber, which is no normal force of the two fibers.
@@ -583,10 +585,11 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
       LineContact& contact = active->line[i];
       if (const std::uint32_t ahead = i + span_ahead; ahead < end && active->line[ahead].asleep_until == 0) {
         fetch(geometry.span[active->line[ahead].span]);
-        fetch(geometry.rate[active->line[ahead].span]);
+        fetch(geometry.v[active->line[ahead].span]);
       }
       if (geometry.reach_ahead[contact.node] + geometry.reach_ahead[contact.span] < contact.asleep_until) continue;
       contact.asleep_until = 0;
+      sums.nodes.add(contact.node);
       if (model.node_contact && active == &contacts.active) {
         node_contact(at, contact, active->spring[i], reaction[0], sums);
       } else {
@@ -605,15 +608,17 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
   return sums;
 }
 
-void gather_reactions(const Model& model, const FiberGeometry& geometry, const ContactList& contacts, std::uint32_t fiber,
-                      std::span<SpanForce> force, std::span<DirectionalStiffness> stiffness) {
+NodeRange gather_reactions(const Model& model, const FiberGeometry& geometry, const ContactList& contacts, std::uint32_t fiber,
+                           std::span<SpanForce> force, std::span<DirectionalStiffness> stiffness) {
   const ActiveContacts& active = model.role[fiber] == Role::reed ? contacts.on_reed : contacts.active;
   const std::uint32_t end = active.place_of[fiber + 1];
+  NodeRange touched;
   for (std::uint32_t i = active.place_of[fiber]; i < end; ++i) {
     if (const std::uint32_t ahead = i + reaction_ahead; ahead < end && active.reacts[ahead].any())
       fetch(active.reaction[active.reacts[ahead].begin()]);
     for (std::uint32_t k = active.reacts[i].begin(); k < active.reacts[i].end(); ++k) {
       const Reaction& r = active.reaction[k];
+      touched.add(r.span);
       force[r.span] += r.force;
       if (model.node_contact && model.role[fiber] != Role::reed) {
         r.stiffness.add_to(stiffness[r.span], 1, 1);
@@ -622,6 +627,7 @@ void gather_reactions(const Model& model, const FiberGeometry& geometry, const C
       }
     }
   }
+  return touched;
 }
 
 }  // namespace weave

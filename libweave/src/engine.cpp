@@ -6,12 +6,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 namespace weave {
 namespace {
 
-/// Solves for the state (taut or slack) of the bars: enough for a wave of slack to settle; a bar still undecided keeps its last state.
-constexpr int bar_state_rounds = 4;
 constexpr double search_ahead = 0.5;  ///< nodes past this share of the way to a search are searched with those that are due
 constexpr double first_step = 1e-12;  ///< [s]
 /// Nodes whose travel is counted together. A bar at hand that follows its closest point stays within a block or goes to the next.
@@ -51,16 +50,11 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
   const std::size_t n = model_.nodes();
   bar_tangent_.assign(n, Vec3::Zero());
   span_.assign(n, {});
-  rate_.assign(n, {});
   span_force_.assign(n, {});
   force_.assign(n, Vec3::Zero());
-  velocity_change_.assign(n, Vec3::Zero());
-  for (auto* a :
-       {&bar_length_, &bar_rate_, &bar_energy_, &block_speed2_, &block_way_, &reach_ahead_, &diagonal_, &upper_, &multiplier_, &corner_}) {
-    a->assign(n, 0);
-  }
+  bar_length_.assign(n, 0);
+  reach_ahead_.assign(n, 0);
   stiffness_.assign(n, {});
-  slack_.assign(n, 0);
   per_fiber_.resize(model_.fibers());
   for (std::uint32_t f = 0; f < model_.fibers(); ++f) refresh_geometry(f);
   // The first step is too short to move anything: it only shows how stiff the contacts are, and how stiff those that the next step may
@@ -76,9 +70,11 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
     for (const Vec3& v : state_.v) speed2 = std::max(speed2, v.squaredNorm());
     dt = longest_step(speed2);
   }
+  for (std::uint32_t f = 0; f < model_.fibers(); ++f) longest_fiber_ = std::max(longest_fiber_, model_.first[f + 1] - model_.first[f]);
+  Workspace work(longest_fiber_);
   for (std::uint32_t f = 0; f < model_.fibers(); ++f) {
-    find_ways(f, dt);
-    look_ahead(f);
+    find_ways(f, dt, work);
+    look_ahead(f, work);
   }
   if (fresh) {
     state_.moved.assign(n, std::numeric_limits<double>::infinity());
@@ -88,6 +84,7 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
     index_targets(model_, state_.contacts.active);
     index_targets(model_, state_.contacts.on_reed);
     turning_.align(model_, state_.x_pick, options_.active_x_max);
+    turning_.leave_out_untouched(model_, state_.contacts.active);
     share_out();
   }
 }
@@ -97,7 +94,7 @@ std::pair<Model, State> Engine::release() && {
 }
 
 FiberGeometry Engine::geometry() const {
-  return {state_.x, state_.v, span_, rate_, state_.travel, reach_ahead_, turning_.rate(), state_.amplitude};
+  return {state_.x, state_.v, span_, state_.travel, reach_ahead_, turning_.rate(), state_.amplitude};
 }
 
 void Engine::refresh_geometry(std::uint32_t f) {
@@ -113,21 +110,11 @@ void Engine::refresh_geometry(std::uint32_t f) {
     bar_tangent_[s] = (1 / bar_length_[s]) * r;
   }
   const Vec3 period(0, model_.period_y, 0);
-  const auto fill = [&](const std::vector<Vec3>& y, const Vec3& shift, std::vector<Span>& span) {
-    for (std::uint32_t p = begin + 1; p < last; ++p) span[p] = span_between(y[p - 1], y[p], y[p + 1]);
-    if (model_.periodic[f]) {
-      span[begin] = span_between(y[last - 1] - shift, y[begin], y[begin + 1]);
-    } else {
-      span[begin] = first_span(y[begin], y[begin + 1]);
-      span[last] = last_span(y[last - 1], y[last]);
-    }
-  };
-  fill(x, period, span_);
-  fill(state_.v, Vec3::Zero(), rate_);
+  for (std::uint32_t p = begin; p < begin + model_.own_nodes(f); ++p) span_[p] = span_at(model_, f, p, x, period);
 }
 
-/// Shares the contacts' forces on a fiber's spans out to its nodes: the adjoint of span_between, first_span and last_span.
-void Engine::share_out_span_forces(std::uint32_t f) {
+/// Shares the contacts' forces on a fiber's spans out to its nodes: the adjoint of span_at. Leaves none behind.
+void Engine::share_out_span_forces(std::uint32_t f, NodeRange touched) {
   const std::uint32_t begin = model_.first[f], last = model_.last(f);
   const auto inner = [&](const SpanForce& s, std::uint32_t before, std::uint32_t here, std::uint32_t after) {
     const Vec3 even = 0.125 * s.on_middle + s.on_curve, odd = 0.5 * s.on_slope;
@@ -135,15 +122,26 @@ void Engine::share_out_span_forces(std::uint32_t f) {
     force_[here] += 0.75 * s.on_middle - 2 * s.on_curve;
     force_[after] += even + odd;
   };
-  if (model_.periodic[f]) {
-    inner(span_force_[begin], last - 1, begin, begin + 1);
-  } else {
-    force_[begin] += span_force_[begin].on_middle - span_force_[begin].on_slope;
-    force_[begin + 1] += span_force_[begin].on_slope;
-    force_[last] += span_force_[last].on_middle + span_force_[last].on_slope;
-    force_[last - 1] -= span_force_[last].on_slope;
+  const auto share_out = [&](std::uint32_t p) {
+    const SpanForce& s = span_force_[p];
+    if (p > begin && p < last) {
+      inner(s, p - 1, p, p + 1);
+    } else if (model_.periodic[f]) {
+      inner(s, last - 1, begin, begin + 1);
+    } else if (p == begin) {
+      force_[begin] += s.on_middle - s.on_slope;
+      force_[begin + 1] += s.on_slope;
+    } else {
+      force_[last] += s.on_middle + s.on_slope;
+      force_[last - 1] -= s.on_slope;
+    }
+    span_force_[p] = {};
+  };
+  // The ends first.
+  for (const std::uint32_t p : {begin, last}) {
+    if (touched.has(p)) share_out(p);
   }
-  for (std::uint32_t p = begin + 1; p < last; ++p) inner(span_force_[p], p - 1, p, p + 1);
+  for (std::uint32_t p = std::max(touched.begin, begin + 1); p < std::min(touched.end, last); ++p) share_out(p);
 }
 
 /// Picks the contacts that are evaluated, after a search where the list may run out before the next time.
@@ -175,6 +173,7 @@ void Engine::pick() {
 #pragma omp parallel for schedule(static)
   for (std::uint32_t p = 0; p < nodes; ++p) state_.x_pick[p] = state_.x[p];
   turning_.align(model_, state_.x_pick, options_.active_x_max);
+  turning_.leave_out_untouched(model_, state_.contacts.active);
   ++state_.picks_of_active;
   times_.search += seconds_since(start);
   pick_reed();
@@ -195,6 +194,7 @@ void Engine::pick_reed() {
 /// data stay in the cache of one core from step to step. Which thread does what does not change any result.
 void Engine::share_out() {
   const auto threads = static_cast<std::size_t>(omp_get_max_threads());
+  workspace_.resize(threads, Workspace(longest_fiber_));
   std::vector<std::vector<std::uint32_t>> of_thread(threads);
   const auto& active = state_.contacts.active;
   const auto cost = [&](std::uint32_t f) { return node_cost * model_.own_nodes(f) + (active.of[f + 1] - active.of[f]); };
@@ -237,7 +237,7 @@ double Engine::axial_damping(const FiberType& type) const {
   return model_.axial_damping * type.area * std::sqrt(2 * type.youngs_modulus * type.density);
 }
 
-void Engine::add_bar_forces(std::uint32_t f, bool with_energy) {
+void Engine::add_bar_forces(std::uint32_t f, bool with_energy, Workspace& work) {
   const FiberType& type = model_.type_of(f);
   const std::uint32_t begin = model_.first[f], last = model_.last(f);
   PerFiber& sums = per_fiber_[f];
@@ -247,8 +247,9 @@ void Engine::add_bar_forces(std::uint32_t f, bool with_energy) {
     const double rest = model_.rest_length[s];
     const double stretch = bar_length_[s] - rest;
     const double k = ea / rest * (stretch < 0 ? type.compression_factor : 1);
-    bar_energy_[s] = 0.5 * k * stretch * stretch;
-    if (with_energy) sums.stored.bars += 0.5 * bar_energy_[s];
+    double& energy = work.bar_energy[s - begin];
+    energy = 0.5 * k * stretch * stretch;
+    if (with_energy) sums.stored.bars += 0.5 * energy;
     // Sideways a taut bar is a string; along it an explicit bar is a spring.
     DirectionalStiffness stiffness;
     stiffness.add_all_round(2 * std::max(k * stretch, 0.0) / rest);
@@ -260,8 +261,8 @@ void Engine::add_bar_forces(std::uint32_t f, bool with_energy) {
       force_[s + 1] -= on_first;
       stiffness.add(2 * k, bar_tangent_[s]);
     }
-    stiffness_[s] += stiffness;
-    stiffness_[s + 1] += stiffness;
+    work.stiffness[s - begin] += stiffness;
+    work.stiffness[s + 1 - begin] += stiffness;
   }
   if (type.bending_stiffness <= 0) return;
   // U = EI/(2 l) |t2 - t1|^2 at every inner node.
@@ -279,7 +280,7 @@ void Engine::add_bar_forces(std::uint32_t f, bool with_energy) {
     force_[p] += g2;
     force_[p + 1] -= g2;
     const double stiffness = 8 * b / (bar_length_[p] * bar_length_[p]);
-    for (const std::uint32_t q : {before, p, p + 1}) stiffness_[q].add_all_round(stiffness);
+    for (const std::uint32_t q : {before, p, p + 1}) work.stiffness[q - begin].add_all_round(stiffness);
     if (with_energy) sums.stored.bending += b * (1 - cosine);
   }
 }
@@ -301,15 +302,16 @@ double Engine::guide_energy(std::uint32_t f, double z) const {
 }
 
 /// Holds the nodes behind the heddle plane on their heddle's line by critically damped springs, taken at the step's end: they follow it
-/// and do not swing, and their stiffness does not bound the time step. Adds to the nodes' change of velocity; to be called after pull_bars.
-Engine::GuideWork Engine::hold_in_guides(std::uint32_t f, const Drive& drive) {
+/// and do not swing, and their stiffness does not bound the time step. Adds to the nodes' change of velocity; to be called after the bars'
+/// pull.
+Engine::GuideWork Engine::hold_in_guides(std::uint32_t f, const Drive& drive, std::span<Vec3> change_of_velocity) {
   const double speed = drive.guide_speed[f], dt = state_.dt, kick = kick_time();
   GuideWork work;
   for (std::uint32_t p = model_.last(f); p > model_.first[f] && state_.x[p].x() > model_.guide_x; --p) {
     const GuideHold hold = guide_hold(state_.x[p].x());
     const double k = hold.share * model_.guide_stiffness[f], m = model_.mass[p];
     const Eigen::Vector2d off(state_.x[p].y() - model_.guide_y[f], state_.x[p].z() - drive.guide_z[f]);
-    Vec3& w = velocity_change_[p];
+    Vec3& w = change_of_velocity[p - model_.first[f]];
     const Eigen::Vector2d before(state_.v[p].y() + w.y(), state_.v[p].z() + w.z() - speed);
     const Eigen::Vector2d change = (m * before - kick * k * off) / (m + 2 * kick * std::sqrt(k * m) + kick * dt * k) - before;
     work.stored += 0.5 * k * off.squaredNorm();
@@ -324,7 +326,7 @@ Engine::GuideWork Engine::hold_in_guides(std::uint32_t f, const Drive& drive) {
 }
 
 /// Longest way of a fiber's nodes in a step of dt, block by block: that of the fastest node in the block itself and in those beside it.
-void Engine::find_ways(std::uint32_t f, double dt) {
+void Engine::find_ways(std::uint32_t f, double dt, Workspace& work) const {
   const std::uint32_t begin = model_.first[f], nodes = model_.first[f + 1] - begin;
   const std::uint32_t blocks = (nodes + block_nodes - 1) / block_nodes;
   for (std::uint32_t b = 0; b < blocks; ++b) {
@@ -332,38 +334,38 @@ void Engine::find_ways(std::uint32_t f, double dt) {
     for (std::uint32_t p = begin + b * block_nodes; p < begin + std::min((b + 1) * block_nodes, nodes); ++p) {
       speed2 = std::max(speed2, state_.v[p].squaredNorm());
     }
-    block_speed2_[begin + b] = speed2;
+    work.block_speed2[b] = speed2;
   }
   const bool closed = model_.periodic[f];
   for (std::uint32_t b = 0; b < blocks; ++b) {
     const std::uint32_t before = b > 0 ? b - 1 : (closed ? blocks - 1 : 0), after = b + 1 < blocks ? b + 1 : (closed ? 0 : b);
-    const double speed2 = std::max({block_speed2_[begin + before], block_speed2_[begin + b], block_speed2_[begin + after]});
-    block_way_[begin + b] = std::sqrt(speed2) * dt;
+    const double speed2 = std::max({work.block_speed2[before], work.block_speed2[b], work.block_speed2[after]});
+    work.block_way[b] = std::sqrt(speed2) * dt;
   }
 }
 
 /// Adds the last step to the travel of a fiber's nodes.
-void Engine::add_travel(std::uint32_t f) {
-  find_ways(f, state_.dt);
+void Engine::add_travel(std::uint32_t f, Workspace& work) {
+  find_ways(f, state_.dt, work);
   const std::uint32_t begin = model_.first[f];
-  for (std::uint32_t p = begin; p < model_.first[f + 1]; ++p) state_.travel[p] += block_way_[begin + (p - begin) / block_nodes];
-  look_ahead(f);
+  for (std::uint32_t p = begin; p < model_.first[f + 1]; ++p) state_.travel[p] += work.block_way[(p - begin) / block_nodes];
+  look_ahead(f, work);
 }
 
-void Engine::look_ahead(std::uint32_t f) {
+void Engine::look_ahead(std::uint32_t f, const Workspace& work) {
   const std::uint32_t begin = model_.first[f];
   for (std::uint32_t p = begin; p < model_.first[f + 1]; ++p) {
-    reach_ahead_[p] = state_.travel[p] + ways_ahead * block_way_[begin + (p - begin) / block_nodes];
+    reach_ahead_[p] = state_.travel[p] + ways_ahead * work.block_way[(p - begin) / block_nodes];
   }
 }
 
 /// Bound on the squared frequencies of a node [1/s^2]; where it is far below the largest, a loose one. Takes a step toward the node's
 /// amplitude in the fastest oscillation, (1 - gain K/m / omega^2)^-1 of an even one: no guess makes a bound wrong, a good one makes it low.
-double Engine::bound_frequency(std::uint32_t p) {
+double Engine::bound_frequency(std::uint32_t p, const DirectionalStiffness& stiffness) {
   const double scale = (1 + rounding) * model_.inverse_mass[p];
-  double bound = scale * stiffness_[p].trace();
+  double bound = scale * stiffness.trace();
   if (!(bound < 0.5 * state_.frequency2)) {
-    bound = scale * stiffness_[p].largest();
+    bound = scale * stiffness.largest();
   }
   if (state_.frequency2 > 0) {
     double& amplitude = state_.amplitude[p];
@@ -372,7 +374,18 @@ double Engine::bound_frequency(std::uint32_t p) {
   return bound;
 }
 
-void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
+/// Takes what the contacts do to a fiber's nodes into the workspace, where the bars add theirs. Leaves none behind.
+void Engine::take_contact_stiffness(std::uint32_t f, NodeRange touched, Workspace& work) {
+  const std::uint32_t begin = model_.first[f], end = model_.first[f + 1];
+  std::fill_n(work.stiffness.begin(), end - begin, DirectionalStiffness{});
+  if (touched.begin >= touched.end) return;
+  // A span's neighbors feel it too; of a closed fiber, they may be at its other end.
+  const bool closed = model_.periodic[f];
+  const std::uint32_t from = closed ? begin : std::max(touched.begin, begin + 1) - 1, to = closed ? end : std::min(touched.end + 1, end);
+  for (std::uint32_t p = from; p < to; ++p) work.stiffness[p - begin] = std::exchange(stiffness_[p], {});
+}
+
+void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy, Workspace& work) {
   PerFiber& sums = per_fiber_[f];
   const double slip = sums.flows.slip;
   sums.stored = {};
@@ -381,65 +394,81 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
   const std::uint32_t begin = model_.first[f], last = model_.last(f), end = begin + model_.own_nodes(f);
   const bool closed = model_.periodic[f];
   const double dt = state_.dt, kick = kick_time();
-  gather_reactions(model_, geometry(), state_.contacts, f, span_force_, stiffness_);
-  share_out_span_forces(f);
+  NodeRange touched = sums.contact.nodes;
+  touched |= gather_reactions(model_, geometry(), state_.contacts, f, span_force_, stiffness_);
+  for (std::uint32_t p = begin; p <= last; ++p) force_[p].setZero();
+  share_out_span_forces(f, touched);
+  take_contact_stiffness(f, touched, work);
   if (model_.has_friction()) turning_.add_forces(f, state_.x, force_);
 
   if (model_.role[f] == Role::reed) {
     for (std::uint32_t p = begin; p < end; ++p) {
-      const double work = -0.5 * force_[p].dot(state_.v[p] + drive.reed_velocity) * kick;
-      sums.flows.reed += work;
-      if (with_energy) sums.stored.flows.reed += 0.5 * work;
+      const double pushed = -0.5 * force_[p].dot(state_.v[p] + drive.reed_velocity) * kick;
+      sums.flows.reed += pushed;
+      if (with_energy) sums.stored.flows.reed += 0.5 * pushed;
       state_.v[p] = drive.reed_velocity;
       state_.x[p] += dt * drive.reed_velocity;
       sums.moved_pick2 = std::max(sums.moved_pick2, (state_.x[p] - state_.x_pick[p]).squaredNorm());
     }
     sums.speed2 = drive.reed_velocity.squaredNorm();
     refresh_geometry(f);
-    add_travel(f);
+    add_travel(f, work);
     return;
   }
 
-  add_bar_forces(f, with_energy);
+  add_bar_forces(f, with_energy, work);
   if (model_.end_force[f] != 0) force_[last].x() += model_.end_force[f];
   if (closed) {
     force_[begin] += force_[last];
-    stiffness_[begin] += stiffness_[last];
+    work.stiffness[0] += work.stiffness[last - begin];
   }
 
   // Change of velocity without the implicit terms.
-  auto& w = velocity_change_;
+  const std::span<Vec3> w = std::span(work.change).first(last - begin + 1);
   for (std::uint32_t p = begin; p < end; ++p) {
     if (model_.inverse_mass[p] == 0) {
-      w[p] = drive.held_velocity - state_.v[p];
+      w[p - begin] = drive.held_velocity - state_.v[p];
       continue;
     }
     force_[p] -= model_.damping * model_.mass[p] * state_.v[p];
-    w[p] = kick * model_.inverse_mass[p] * force_[p];
-    sums.frequency2 = std::max(sums.frequency2, bound_frequency(p));
+    w[p - begin] = kick * model_.inverse_mass[p] * force_[p];
+    sums.frequency2 = std::max(sums.frequency2, bound_frequency(p, work.stiffness[p - begin]));
   }
-  if (closed) w[last] = w[begin];
+  if (closed) w[last - begin] = w[0];
 
-  if (model_.implicit_axial) pull_bars(f);
+  const FiberType& type = model_.type_of(f);
+  const double ea = type.youngs_modulus * type.area;
+  if (model_.implicit_axial) {
+    const std::uint32_t bars = last - begin;
+    const BarChain chain{closed,
+                         ea,
+                         type.compression_factor,
+                         {&bar_tangent_[begin], bars},
+                         {&bar_length_[begin], bars},
+                         {&model_.rest_length[begin], bars},
+                         {&model_.inverse_mass[begin], bars + 1},
+                         {&state_.v[begin], bars + 1}};
+    work.tensions.pull(chain, dt, kick, w, {&state_.tension[begin], bars});
+  }
   const bool guided = model_.guide_stiffness[f] > 0;
   double guide_loss = 0;
   if (guided) {
-    const GuideWork work = hold_in_guides(f, drive);
-    guide_loss = work.taken + work.stored;
+    const GuideWork held = hold_in_guides(f, drive, w);
+    guide_loss = held.taken + held.stored;
     if (with_energy) {
-      sums.stored.heddle = 0.5 * work.stored;
+      sums.stored.heddle = 0.5 * held.stored;
       sums.stored.flows.heddle = 0.5 * sums.flows.heddle;
     }
   }
   for (std::uint32_t s = begin; s < last; ++s) {
     // What the bars take from the nodes, at the middle of the velocity's change; less what they store, it is lost (below).
-    const Vec3 middle = state_.v[s + 1] - state_.v[s] + 0.5 * (w[s + 1] - w[s]);
-    bar_energy_[s] += state_.tension[s] * bar_tangent_[s].dot(middle) * kick;
+    const Vec3 middle = state_.v[s + 1] - state_.v[s] + 0.5 * (w[s + 1 - begin] - w[s - begin]);
+    work.bar_energy[s - begin] += state_.tension[s] * bar_tangent_[s].dot(middle) * kick;
   }
 
   for (std::uint32_t p = begin; p < end; ++p) {
     const Vec3 before = state_.v[p];
-    const Vec3 after = before + w[p];
+    const Vec3 after = before + w[p - begin];
     const Vec3 middle = 0.5 * (before + after);
     const double m = model_.mass[p];
     if (model_.inverse_mass[p] == 0) {
@@ -447,9 +476,9 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
       Vec3 others = force_[p];
       if (model_.implicit_axial && p < last) others += state_.tension[p] * bar_tangent_[p];
       if (model_.implicit_axial && p > begin) others -= state_.tension[p - 1] * bar_tangent_[p - 1];
-      const double work = (m * w[p] - kick * others).dot(middle);
-      sums.flows.take_up += work;
-      if (with_energy) sums.stored.flows.take_up += 0.5 * work;
+      const double taken_up = (m * w[p - begin] - kick * others).dot(middle);
+      sums.flows.take_up += taken_up;
+      if (with_energy) sums.stored.flows.take_up += 0.5 * taken_up;
     }
     if (model_.inverse_mass[p] != 0) {
       const double lost = model_.damping * m * before.dot(middle) * kick;
@@ -458,9 +487,9 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
     }
     if (with_energy) sums.stored.kinetic += 0.25 * m * (before.squaredNorm() + after.squaredNorm());
     if (p == last && model_.end_force[f] != 0) {
-      const double work = model_.end_force[f] * middle.x() * kick;
-      sums.flows.tension += work;
-      if (with_energy) sums.stored.flows.tension += 0.5 * work;
+      const double pulled = model_.end_force[f] * middle.x() * kick;
+      sums.flows.tension += pulled;
+      if (with_energy) sums.stored.flows.tension += 0.5 * pulled;
     }
     state_.v[p] = after;
     state_.x[p] += dt * after;
@@ -471,7 +500,7 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
   }
   sums.flows.slip = slip + sums.contact.slip_loss;
   refresh_geometry(f);
-  add_travel(f);
+  add_travel(f, work);
   if (guided) {
     const double stored = guide_energy(f, drive.guide_z[f] + drive.guide_speed[f] * dt);
     guide_loss -= stored;
@@ -481,13 +510,11 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy) {
       sums.stored.flows.guides = 0.5 * guide_loss;
     }
   }
-  const FiberType& type = model_.type_of(f);
-  const double ea = type.youngs_modulus * type.area;
   for (std::uint32_t s = begin; s < last; ++s) {
     const double stretch = bar_length_[s] - model_.rest_length[s];
     const double k = ea / model_.rest_length[s] * (stretch < 0 ? type.compression_factor : 1);
     const double stored = 0.5 * k * stretch * stretch;
-    const double lost = bar_energy_[s] - stored;
+    const double lost = work.bar_energy[s - begin] - stored;
     sums.flows.axial += lost;
     if (!with_energy) continue;
     sums.stored.bars += 0.5 * stored;
@@ -511,81 +538,6 @@ void Engine::note_extremes(std::uint32_t f, Extremes& extremes) const {
   extremes |= of_fiber;
 }
 
-/// Tensions of one fiber's bars, taken at the step's end: tau = k (l' - l0) with the predicted length l' = l + dt t.u + dt^2 |u_n|^2/(2 l),
-/// u the difference of the end velocities and u_n its part normal to the bar, without which a turning bar would grow (SHAKE: Ryckaert et
-/// al. 1977, with the bar's compliance; normal part from the velocities before the bars' pull). One unknown a bar, h the time of the kick:
-/// (1/(dt h k) + J M^-1 J^T) lambda = J v + (l - l0)/dt + dt |u_n|^2/(2 l), lambda = h tau. Adds to the nodes' change of velocity.
-void Engine::pull_bars(std::uint32_t f) {
-  const FiberType& type = model_.type_of(f);
-  const std::uint32_t begin = model_.first[f], last = model_.last(f);
-  const bool closed = model_.periodic[f];
-  const double dt = state_.dt, kick = kick_time();
-  const double ea = type.youngs_modulus * type.area;
-  auto& w = velocity_change_;
-  const auto inverse_mass = [&](std::uint32_t p) { return model_.inverse_mass[p == last && closed ? begin : p]; };
-  for (std::uint32_t s = begin; s < last; ++s) {
-    const Vec3 u = state_.v[s + 1] - state_.v[s] + w[s + 1] - w[s];
-    const double rate = u.dot(bar_tangent_[s]);
-    const double stretch = bar_length_[s] - model_.rest_length[s];
-    bar_rate_[s] = rate + stretch / dt + 0.5 * dt * (u.squaredNorm() - rate * rate) / bar_length_[s];
-    slack_[s] = stretch < 0;
-    upper_[s] = s + 1 < last ? -bar_tangent_[s].dot(bar_tangent_[s + 1]) * inverse_mass(s + 1) : 0;
-  }
-  const double seam = closed && last - begin > 2 ? -bar_tangent_[last - 1].dot(bar_tangent_[begin]) * inverse_mass(begin) : 0;
-  for (int round = 0; round < bar_state_rounds; ++round) {
-    for (std::uint32_t s = begin; s < last; ++s) {
-      const double k = ea / model_.rest_length[s] * (slack_[s] ? std::max(type.compression_factor, 1e-12) : 1);
-      diagonal_[s] = 1 / (dt * kick * k) + inverse_mass(s) + inverse_mass(s + 1);
-      multiplier_[s] = bar_rate_[s];
-    }
-    solve_chain(begin, last, seam);
-    bool changed = false;
-    for (std::uint32_t s = begin; s < last; ++s) {
-      const bool slack = multiplier_[s] < 0;
-      changed = changed || slack != (slack_[s] != 0);
-      slack_[s] = slack;
-    }
-    if (!changed) break;
-  }
-  for (std::uint32_t s = begin; s < last; ++s) {
-    state_.tension[s] = multiplier_[s] / kick;
-    const Vec3 impulse = multiplier_[s] * bar_tangent_[s];
-    const std::uint32_t second = s + 1 == last && closed ? begin : s + 1;
-    w[s] += model_.inverse_mass[s] * impulse;
-    w[second] -= model_.inverse_mass[second] * impulse;
-  }
-  if (closed) w[last] = w[begin];
-}
-
-/// Symmetric tridiagonal solve in place, diagonal_ and upper_ the matrix, multiplier_ the right-hand side; with `seam` the corner
-/// coefficient of a closed chain (Sherman & Morrison 1950).
-void Engine::solve_chain(std::uint32_t begin, std::uint32_t last, double seam) {
-  const double gamma = -diagonal_[begin];
-  if (seam != 0) {
-    for (std::uint32_t s = begin; s < last; ++s) corner_[s] = 0;
-    corner_[begin] = gamma;
-    corner_[last - 1] = seam;
-    diagonal_[begin] -= gamma;
-    diagonal_[last - 1] -= seam * seam / gamma;
-  }
-  for (std::uint32_t s = begin + 1; s < last; ++s) {
-    const double factor = upper_[s - 1] / diagonal_[s - 1];
-    diagonal_[s] -= factor * upper_[s - 1];
-    multiplier_[s] -= factor * multiplier_[s - 1];
-    if (seam != 0) corner_[s] -= factor * corner_[s - 1];
-  }
-  for (std::uint32_t s = last; s-- > begin;) {
-    const double inverse = 1 / diagonal_[s];
-    const bool end_bar = s + 1 == last;
-    multiplier_[s] = (multiplier_[s] - (end_bar ? 0 : upper_[s] * multiplier_[s + 1])) * inverse;
-    if (seam != 0) corner_[s] = (corner_[s] - (end_bar ? 0 : upper_[s] * corner_[s + 1])) * inverse;
-  }
-  if (seam == 0) return;
-  const double ratio = seam / gamma;
-  const double scale = (multiplier_[begin] + ratio * multiplier_[last - 1]) / (1 + corner_[begin] + ratio * corner_[last - 1]);
-  for (std::uint32_t s = begin; s < last; ++s) multiplier_[s] -= scale * corner_[s];
-}
-
 StepReport Engine::step(const Drive& drive, Ledger* ledger) {
   const bool with_energy = ledger != nullptr;
   const auto fibers = static_cast<std::uint32_t>(model_.fibers());
@@ -605,15 +557,10 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
     }
 #pragma omp barrier
     each_fiber(&Share::next_contact, [&](std::uint32_t f) {
-      for (std::uint32_t p = model_.first[f]; p < model_.first[f + 1]; ++p) {
-        force_[p].setZero();
-        span_force_[p] = {};
-        stiffness_[p] = {};
-        couple[p] = 0;
-      }
-      per_fiber_[f].flows = {};
-      per_fiber_[f].contact =
-          evaluate_contacts(model_, g, f, state_.dt_before, with_energy, state_.contacts, span_force_, stiffness_, couple);
+      PerFiber& sums = per_fiber_[f];
+      sums.flows = {};
+      for (std::uint32_t p = sums.contact.nodes.begin; p < sums.contact.nodes.end; ++p) couple[p] = 0;
+      sums.contact = evaluate_contacts(model_, g, f, state_.dt_before, with_energy, state_.contacts, span_force_, stiffness_, couple);
     });
 #pragma omp barrier
 #pragma omp master
@@ -621,7 +568,7 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
     for (std::size_t t = mine; t < shares_.size(); t += team) shares_[t].next_contact = 0;
     Extremes extremes;
     each_fiber(&Share::next_motion, [&](std::uint32_t f) {
-      move_fiber(f, drive, with_energy);
+      move_fiber(f, drive, with_energy, workspace_[mine]);
       note_extremes(f, extremes);
     });
     shares_[mine].extremes = extremes;

@@ -59,6 +59,7 @@ void YarnTurning::align(const Model& m, std::span<const Vec3> x, double active_x
     while (after > 0 && x[place + after - 1].x() > active_x_max) --after;
     for (std::uint32_t& start : yarn.start) start -= before;
     yarn.sections = before + after < 2 ? 0 : before + after;
+    yarn.needed = {0, yarn.sections};
   }
   std::uint32_t sections = 0;
   for (Yarn& yarn : yarn_) {
@@ -68,13 +69,28 @@ void YarnTurning::align(const Model& m, std::span<const Vec3> x, double active_x
   section_.resize(sections);
 }
 
+void YarnTurning::leave_out_untouched(const Model& m, const ActiveContacts& contacts) {
+#pragma omp parallel for schedule(dynamic, 1)
+  for (std::size_t y = 0; y < yarn_.size(); ++y) {
+    Yarn& yarn = yarn_[y];
+    yarn.needed = {};
+    for (std::size_t k = 0; k < yarn.fibers.size(); ++k) {
+      const std::uint32_t fiber = yarn.fibers[k], start = yarn.start[k];
+      for (std::uint32_t i = contacts.of[fiber]; i < contacts.of[fiber + 1]; ++i) {
+        const LineContact& c = contacts.line[i];
+        if (yarn_of_[m.fiber_of[c.span]] == y && c.node >= start && c.node < start + yarn.sections) yarn.needed.add(c.node - start);
+      }
+    }
+  }
+}
+
 bool YarnTurning::is_first(std::uint32_t fiber) const {
   return yarn_of_[fiber] != none && yarn_[yarn_of_[fiber]].fibers.front() == fiber;
 }
 
 void YarnTurning::find(const Model& m, std::uint32_t first_fiber, std::span<const Vec3> x, std::span<const Vec3> v) {
   const Yarn& yarn = yarn_[yarn_of_[first_fiber]];
-  if (yarn.sections == 0) return;
+  if (yarn.needed.begin >= yarn.needed.end) return;
   const double share = 1.0 / static_cast<double>(yarn.start.size());
   const auto centroid = [&](std::uint32_t i) {
     Vec3 sum = Vec3::Zero();
@@ -83,11 +99,12 @@ void YarnTurning::find(const Model& m, std::uint32_t first_fiber, std::span<cons
   };
   const bool closed = m.periodic[m.fiber_of[yarn.start.front()]];
   const Vec3 period(0, closed ? m.period_y : 0, 0);
-  const Vec3 first = centroid(0);
-  Vec3 before = closed ? centroid(yarn.sections - 1) - period : first, here = first;
-  for (std::uint32_t i = 0; i < yarn.sections; ++i) {
+  const std::uint32_t begin = yarn.needed.begin;
+  Vec3 here = centroid(begin);
+  Vec3 before = begin > 0 ? centroid(begin - 1) : closed ? Vec3(centroid(yarn.sections - 1) - period) : here;
+  for (std::uint32_t i = begin; i < yarn.needed.end; ++i) {
     const bool at_end = i + 1 == yarn.sections;
-    const Vec3 after = !at_end ? centroid(i + 1) : closed ? Vec3(first + period) : here;
+    const Vec3 after = !at_end ? centroid(i + 1) : closed ? Vec3(centroid(0) + period) : here;
     Section& section = section_[yarn.first + i];
     section.centroid = here;
     section.axis = (after - before).normalized();
@@ -109,7 +126,7 @@ void YarnTurning::add_forces(std::uint32_t fiber, std::span<const Vec3> x, std::
   if (yarn_of_[fiber] == none) return;
   const Yarn& yarn = yarn_[yarn_of_[fiber]];
   const std::uint32_t start = yarn.start[static_cast<std::size_t>(std::ranges::lower_bound(yarn.fibers, fiber) - yarn.fibers.begin())];
-  for (std::uint32_t i = 0; i < yarn.sections; ++i) {
+  for (std::uint32_t i = yarn.needed.begin; i < yarn.needed.end; ++i) {
     double couple = 0;
     for (const std::uint32_t s : yarn.start) couple += couple_[s + i];
     if (couple == 0) continue;

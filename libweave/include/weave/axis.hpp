@@ -1,5 +1,7 @@
 #pragma once
 #include <cmath>
+#include <cstdint>
+#include <span>
 
 #include "weave/model.hpp"
 
@@ -40,6 +42,15 @@ inline Span first_span(const Vec3& here, const Vec3& after) {
 }
 inline Span last_span(const Vec3& before, const Vec3& here) {
   return {here, here - before, Vec3::Zero(), -0.5, 0};
+}
+
+/// The span around a fiber's own node of what its nodes carry, `y` (nodes), which grows by `per_period` from one image of a closed fiber to
+/// the next.
+inline Span span_at(const Model& m, std::uint32_t fiber, std::uint32_t node, std::span<const Vec3> y, const Vec3& per_period) {
+  const std::uint32_t begin = m.first[fiber], last = m.last(fiber);
+  if (node > begin && node < last) return span_between(y[node - 1], y[node], y[node + 1]);
+  if (m.periodic[fiber]) return span_between(y[last - 1] - per_period, y[begin], y[begin + 1]);
+  return node == begin ? first_span(y[begin], y[begin + 1]) : last_span(y[last - 1], y[last]);
 }
 
 /// Shares of a point of a span that its nodes carry; not negative, together one.

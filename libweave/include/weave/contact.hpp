@@ -1,5 +1,7 @@
 #pragma once
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -99,15 +101,27 @@ struct ContactList {
 struct FiberGeometry {
   std::span<const Vec3> x, v;
   std::span<const Span> span;           ///< around each node but ghosts
-  std::span<const Span> rate;           ///< the same of the velocities
   std::span<const double> travel;       ///< longest way that a node near this one can have gone since the start [m]
   std::span<const double> reach_ahead;  ///< longest way that it can have gone after the next step [m]
   std::span<const double> turn;         ///< of the yarn's section through the node, about the yarn's axis [rad/s]
   std::span<const double> amplitude;    ///< guess at how far each node swings in the fastest oscillation, relative, positive
 };
 
+/// Nodes from the first to the last of those that were added.
+struct NodeRange {
+  std::uint32_t begin = std::numeric_limits<std::uint32_t>::max(), end = 0;
+  void add(std::uint32_t node) { *this |= {node, node + 1}; }
+  NodeRange& operator|=(const NodeRange& o) {
+    begin = std::min(begin, o.begin);
+    end = std::max(end, o.end);
+    return *this;
+  }
+  [[nodiscard]] bool has(std::uint32_t node) const { return begin <= node && node < end; }
+};
+
 /// Sums over the contacts owned by one fiber.
 struct ContactSums {
+  NodeRange nodes;                           ///< whose spans' points were looked at
   double overlap_max = 0;                    ///< largest overlap / reach
   std::uint32_t node_max = 0, span_max = 0;  ///< where
   double slip_loss = 0;                      ///< energy lost in this step by slip and by change of the friction springs [J]
@@ -140,9 +154,9 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
                               ContactList& contacts, std::span<SpanForce> force, std::span<DirectionalStiffness> stiffness,
                               std::span<double> couple);
 
-/// Adds the stored reactions on `fiber` to its nodes, in a fixed order.
-void gather_reactions(const Model& model, const FiberGeometry& geometry, const ContactList& contacts, std::uint32_t fiber,
-                      std::span<SpanForce> force, std::span<DirectionalStiffness> stiffness);
+/// Adds the stored reactions on `fiber` to its nodes, in a fixed order. Returns the nodes of the spans that are touched.
+NodeRange gather_reactions(const Model& model, const FiberGeometry& geometry, const ContactList& contacts, std::uint32_t fiber,
+                           std::span<SpanForce> force, std::span<DirectionalStiffness> stiffness);
 
 /// A bent fiber must not push itself: whether a span of the node's own fiber lies within half a turn of its tightest bend from the node.
 bool within_own_bend(const Model& model, std::uint32_t fiber, std::uint32_t node, std::uint32_t span, std::int32_t image);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "weave/bar_tensions.hpp"
 #include "weave/contact.hpp"
 #include "weave/contact_picking.hpp"
 #include "weave/model.hpp"
@@ -134,16 +135,24 @@ class Engine {
     alignas(64) std::atomic<std::uint32_t> next_motion = 0;
   };
   void note_extremes(std::uint32_t fiber, Extremes& extremes) const;
+  /// What the motion of one fiber needs for a moment, from its first node, bar or block on. Each thread has one, which stays in its cache.
+  struct Workspace {
+    explicit Workspace(std::size_t nodes)
+        : change(nodes), stiffness(nodes), bar_energy(nodes), block_speed2(nodes), block_way(nodes), tensions(nodes) {}
+    std::vector<Vec3> change;                     ///< of the velocities [m/s]
+    std::vector<DirectionalStiffness> stiffness;  ///< that the nodes feel
+    std::vector<double> bar_energy, block_speed2, block_way;
+    BarTensions tensions;
+  };
   void refresh_geometry(std::uint32_t fiber);
-  void share_out_span_forces(std::uint32_t fiber);
-  void find_ways(std::uint32_t fiber, double dt);
-  void add_travel(std::uint32_t fiber);
-  void look_ahead(std::uint32_t fiber);
-  double bound_frequency(std::uint32_t node);
-  void move_fiber(std::uint32_t fiber, const Drive& drive, bool with_energy);
-  void add_bar_forces(std::uint32_t fiber, bool with_energy);
-  void pull_bars(std::uint32_t fiber);
-  void solve_chain(std::uint32_t begin, std::uint32_t last, double seam);
+  void share_out_span_forces(std::uint32_t fiber, NodeRange touched);
+  void take_contact_stiffness(std::uint32_t fiber, NodeRange touched, Workspace& work);
+  void find_ways(std::uint32_t fiber, double dt, Workspace& work) const;
+  void add_travel(std::uint32_t fiber, Workspace& work);
+  void look_ahead(std::uint32_t fiber, const Workspace& work);
+  double bound_frequency(std::uint32_t node, const DirectionalStiffness& stiffness);
+  void move_fiber(std::uint32_t fiber, const Drive& drive, bool with_energy, Workspace& work);
+  void add_bar_forces(std::uint32_t fiber, bool with_energy, Workspace& work);
   struct GuideHold {
     double share, slope;
   };
@@ -153,7 +162,7 @@ class Engine {
     double taken = 0;   ///< from the heddles and the nodes [J]
   };
   [[nodiscard]] double guide_energy(std::uint32_t fiber, double z) const;
-  GuideWork hold_in_guides(std::uint32_t fiber, const Drive& drive);
+  GuideWork hold_in_guides(std::uint32_t fiber, const Drive& drive, std::span<Vec3> change_of_velocity);
   [[nodiscard]] double axial_damping(const FiberType& type) const;
   void pick();
   void pick_reed();
@@ -173,15 +182,15 @@ class Engine {
   YarnTurning turning_;
   StageTimes times_;
   double step_limit_ = 0;
-  double moved_max_ = 0;       ///< largest of state().moved
-  bool list_is_late_ = false;  ///< nodes have moved farther than the contact list in use allows
-  std::vector<Vec3> bar_tangent_, force_, velocity_change_;
-  std::vector<Span> span_, rate_;  ///< of the axes, and of their velocities
-  std::vector<SpanForce> span_force_;
-  std::vector<double> bar_length_, bar_rate_, bar_energy_, block_speed2_, block_way_, reach_ahead_;
-  std::vector<DirectionalStiffness> stiffness_;
-  std::vector<double> diagonal_, upper_, multiplier_, corner_;  ///< of the solve for the bars' tensions
-  std::vector<std::uint8_t> slack_;                             ///< per bar
+  double moved_max_ = 0;             ///< largest of state().moved
+  bool list_is_late_ = false;        ///< nodes have moved farther than the contact list in use allows
+  std::uint32_t longest_fiber_ = 0;  ///< [nodes]
+  std::vector<Vec3> bar_tangent_, force_;
+  std::vector<Span> span_;             ///< of the axes
+  std::vector<SpanForce> span_force_;  ///< of contacts, from their evaluation until the fiber moves; else zero
+  std::vector<double> bar_length_, reach_ahead_;
+  std::vector<DirectionalStiffness> stiffness_;  ///< likewise
+  std::vector<Workspace> workspace_;             ///< by thread
   std::vector<PerFiber> per_fiber_;
   std::vector<std::uint32_t> shared_out_;  ///< fibers by share
   std::vector<Share> shares_;

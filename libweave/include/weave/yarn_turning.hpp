@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "weave/contact.hpp"
 #include "weave/model.hpp"
 
 namespace weave {
@@ -16,6 +17,8 @@ class YarnTurning {
   explicit YarnTurning(const Model& model);
   /// Finds the sections anew; x: the nodes' positions (nodes) [m]. Nodes beyond `active_x_max` are in no section.
   void align(const Model& model, std::span<const Vec3> x, double active_x_max);
+  /// Leaves out the sections beyond the first and the last that a contact of the yarn's fibers asks for, until they are found anew.
+  void leave_out_untouched(const Model& model, const ActiveContacts& contacts);
 
   /// Whether a fiber is the first of a yarn of several.
   [[nodiscard]] bool is_first(std::uint32_t fiber) const;
@@ -36,6 +39,7 @@ class YarnTurning {
     std::vector<std::uint32_t> fibers;  ///< at least two, rising
     std::vector<std::uint32_t> start;   ///< of each fiber: its node in the yarn's first section
     std::uint32_t sections = 0, first = 0;
+    NodeRange needed;  ///< sections that are not left out
   };
   struct Section {
     Vec3 centroid, axis;
