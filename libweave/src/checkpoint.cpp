@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <limits>
 #include <span>
 #include <stdexcept>
 
@@ -14,8 +15,8 @@ namespace {
 
 /// Rises with every change of what a checkpoint holds or of what it means. 1: contacts on poly-lines; 2: on spans of smooth axes; 3: with
 /// the friction within each type of yarn; 4: with the amplitudes that the time step is bounded by and the last step's tensions, which 3 can
-/// do without.
-constexpr std::int64_t format = 4, oldest_format = 3;
+/// do without; 5: with the contacts' overlaps, which 4 can do without.
+constexpr std::int64_t format = 5, oldest_format = 3;
 
 void write_vectors(Hdf5File& file, const std::string& path, const std::vector<Vec3>& v) {
   file.write_rows<double>(path, std::span<const double>(v.empty() ? nullptr : v.front().data(), 3 * v.size()), 3);
@@ -75,9 +76,9 @@ void write_active(Hdf5File& file, const std::string& path, const ActiveContacts&
   file.write(path, active.number);
   file.write(path + "_of", active.of);
   write_contacts(file, path + "_line", active.line);
-  std::vector<double> springs;
-  for (const FrictionSpring& s : active.spring) springs.insert(springs.end(), {s.along, s.across, s.stiffness});
-  file.write(path + "_spring", springs);
+  std::vector<double> touches;
+  for (const Touch& t : active.touch) touches.insert(touches.end(), {t.along, t.across, t.stiffness, t.overlap, t.spared});
+  file.write(path + "_touch", touches);
 }
 
 ActiveContacts read_active(const Hdf5File& file, const std::string& path) {
@@ -85,8 +86,18 @@ ActiveContacts read_active(const Hdf5File& file, const std::string& path) {
   active.number = file.read<std::uint32_t>(path);
   active.of = file.read<std::uint32_t>(path + "_of");
   active.line = read_contacts(file, path + "_line");
-  const std::vector<double> springs = file.read<double>(path + "_spring");
-  for (std::size_t i = 0; i < springs.size(); i += 3) active.spring.push_back({springs.at(i), springs.at(i + 1), springs.at(i + 2)});
+  if (file.has(path + "_touch")) {
+    const std::vector<double> t = file.read<double>(path + "_touch");
+    for (std::size_t i = 0; i < t.size(); i += 5) {
+      active.touch.push_back({t.at(i), t.at(i + 1), t.at(i + 2), static_cast<float>(t.at(i + 3)), static_cast<float>(t.at(i + 4))});
+    }
+  } else {  // up to format 4, without the overlaps: whatever it is, it counts
+    const std::vector<double> t = file.read<double>(path + "_spring");
+    for (std::size_t i = 0; i < t.size(); i += 3) {
+      const float overlap = t.at(i + 2) > 0 ? std::numeric_limits<float>::infinity() : 0;
+      active.touch.push_back({t.at(i), t.at(i + 1), t.at(i + 2), overlap, 0});
+    }
+  }
   return active;
 }
 

@@ -24,6 +24,8 @@ constexpr double flattest = 0.1;
 constexpr std::uint32_t span_ahead = 6;
 /// The same of reactions.
 constexpr std::uint32_t reaction_ahead = 12;
+/// Overlap beyond what motion explains that is put down to rounding [sum of the radii].
+constexpr double unexplained = 1e-6;
 /// Of the line law on the length of fiber, half a diameter at most, that a point between two yarns stands for.
 constexpr int samples = 4;
 
@@ -78,13 +80,13 @@ inline double nearest_on_span(const Span& s, const Vec3& from_middle) {
   return u;
 }
 
-double stored_in(const FrictionSpring& f) {
-  return f.holds() ? 0.5 * (f.along * f.along + f.across * f.across) / f.stiffness : 0;
+double stored_in(const Touch& t) {
+  return t.stiffness > 0 ? 0.5 * (t.along * t.along + t.across * t.across) / t.stiffness : 0;
 }
 
-void release(FrictionSpring& f, double& lost) {
-  lost += stored_in(f);
-  f = {};
+void release(Touch& touch, double& lost) {
+  lost += stored_in(touch);
+  touch = {};
 }
 
 /// Relative motion of a contact's two fibers during the last step.
@@ -130,13 +132,14 @@ inline Slip slip_of(const Model& m, const FiberGeometry& g, const Place& a, cons
   return slip;
 }
 
-/// Moves a spring by a slip, with Coulomb's cap on the force [N], which across the fibers may pass it by `interlock` [N]: that much holds
-/// there whatever slides along. Lost is the work done on the spring, by the trapezoidal rule as the motion has it, that the spring does not
-/// store. The force is kept while the contact hardens, the slip while it softens, so that neither makes energy (Thornton & Randall 1988).
-inline void slide(FrictionSpring& spring, const Slip& slip, double stiffness, double cap, double interlock, double& lost) {
-  const double softness = spring.holds() ? 1 / spring.stiffness : 0;
-  const double share = spring.holds() ? std::min(stiffness * softness, 1.0) : 0;
-  double f = spring.along * share - stiffness * slip.along_b, a = spring.across * share - stiffness * slip.across();
+/// Moves a touch's spring by a slip, with Coulomb's cap on the force [N], which across the fibers may pass it by `interlock` [N]: that much
+/// holds there whatever slides along. Lost is the work done on the spring, by the trapezoidal rule as the motion has it, that the spring
+/// does not store. The force is kept while the contact hardens, the slip while it softens, so that neither makes energy (Thornton & Randall
+/// 1988).
+inline void slide(Touch& touch, const Slip& slip, double stiffness, double cap, double interlock, double& lost) {
+  const double softness = touch.stiffness > 0 ? 1 / touch.stiffness : 0;
+  const double share = touch.stiffness > 0 ? std::min(stiffness * softness, 1.0) : 0;
+  double f = touch.along * share - stiffness * slip.along_b, a = touch.across * share - stiffness * slip.across();
   const double locked = std::clamp(a, -interlock, interlock), free = a - locked;
   const double force2 = f * f + slip.sine2() * free * free;
   if (force2 > cap * cap) {
@@ -144,15 +147,17 @@ inline void slide(FrictionSpring& spring, const Slip& slip, double stiffness, do
     f *= back;
     a = locked + back * free;
   }
-  lost += 0.5 * ((spring.along * spring.along + spring.across * spring.across) * softness - (f * f + a * a) / stiffness -
-                 (spring.along + f) * slip.along_b - (spring.across + a) * slip.across());
-  spring = {f, a, stiffness};
+  lost += 0.5 * ((touch.along * touch.along + touch.across * touch.across) * softness - (f * f + a * a) / stiffness -
+                 (touch.along + f) * slip.along_b - (touch.across + a) * slip.across());
+  touch.along = f;
+  touch.across = a;
+  touch.stiffness = stiffness;
 }
 
 /// Lets a spring go as the fibers part: its force has acted in the first half of the last step.
-void part(FrictionSpring& spring, const Slip& slip, double& lost) {
-  lost -= 0.5 * (spring.along * slip.along_b + spring.across * slip.across());
-  release(spring, lost);
+void part(Touch& touch, const Slip& slip, double& lost) {
+  lost += stored_in(touch) - 0.5 * (touch.along * slip.along_b + touch.across * slip.across());
+  touch.along = touch.across = touch.stiffness = 0;
 }
 
 void note_overlap(double ratio, std::uint32_t node, std::uint32_t span, ContactSums& sums) {
@@ -272,10 +277,10 @@ struct NormalSum {
 
 /// Pushes one sample of a contact, a share `weight` [m] of fiber at `u` of the point's span, off its closest point q on the span `span`.
 /// Returns its bound on the stiffness along the normal [N/m].
-inline double push(const Target& at, const PairLaw& law, const AxisPoint& q, double weight, double u, std::uint32_t node,
+inline double push(const Target& at, const PairLaw& law, const AxisPoint& q, double spared, double weight, double u, std::uint32_t node,
                    std::uint32_t span, Reaction& reaction, NormalSum& sum, ContactSums& sums) {
   const double distance = std::sqrt(q.distance2);
-  const double overlap = law.reach - distance, ratio = overlap * law.inverse_reach;
+  const double overlap = law.reach - distance - spared, ratio = overlap * law.inverse_reach;
   const auto [force, stiffness] = law.line_response(overlap);
   const Vec3 n = unit_normal(law, q.separation, distance);
   const Vec3 pull = (weight * force) * n;
@@ -288,14 +293,14 @@ inline double push(const Target& at, const PairLaw& law, const AxisPoint& q, dou
   sum.u_b += weight * force * q.u;
   if (!reaction.active) reaction = {{}, {}, static_cast<float>(q.u), span, true};
   reaction.force.add(-pull, q.u);
-  note_overlap(ratio, node, span, sums);
+  note_overlap((law.reach - distance) * law.inverse_reach, node, span, sums);
   if (at.with_energy) sums.energy += weight * law.line_energy(overlap);
   return bound;
 }
 
 /// All samples of a contact at once where their closest points lie on one span. False, with nothing done, where they do not.
-inline bool push_samples_on_span(const Target& at, const LineContact& c, const PairLaw& law, double weight, Reaction& reaction,
-                                 NormalSum& sum, ContactSums& sums) {
+inline bool push_samples_on_span(const Target& at, const LineContact& c, Touch& touch, double explained, const PairLaw& law, double weight,
+                                 Reaction& reaction, NormalSum& sum, ContactSums& sums) {
   const FiberGeometry& g = at.g;
   const Span &a = g.span[c.node], &b = g.span[c.span];
   Vec3 start = a.middle - b.middle;
@@ -316,13 +321,13 @@ inline bool push_samples_on_span(const Target& at, const LineContact& c, const P
 
   const SampleVectors r = from_middle - SampleVectors::on_curve(Vec3::Zero(), b.slope, b.curve, v);
   const double w = weight / samples * law.line;
-  const Samples distance = r.dot(r).sqrt(), overlap = (law.reach - distance).max(0);
-  const double deepest = overlap.maxCoeff();
-  if (deepest <= 0) {
-    sum.gap = distance.minCoeff() - law.reach;
-    return true;
-  }
-  const Samples slope = w * overlap.sqrt() / distance, force = slope * overlap, per_r = force / distance;
+  const Samples distance = r.dot(r).sqrt();
+  sum.gap = distance.minCoeff() - law.reach;
+  touch.note(-sum.gap, explained);
+  if (-sum.gap <= touch.spared) return true;
+  note_overlap(-sum.gap * law.inverse_reach, c.node, c.span, sums);
+  const Samples overlap = (law.reach - touch.spared - distance).max(0);
+  const Samples slope = w * overlap.sqrt() / (law.reach - overlap), force = slope * overlap, per_r = force / distance;
   if (at.with_energy) {
     for (const double o : overlap) sums.energy += weight / samples * law.line_energy(o);
   }
@@ -335,66 +340,81 @@ inline bool push_samples_on_span(const Target& at, const LineContact& c, const P
   sum.u_a = (force * u).sum();
   sum.u_b = (force * v).sum();
   reaction = {{-pull, -r.sum(per_r_v), -r.sum(0.5 * per_r_v * v)}, {}, static_cast<float>(sum.u_b / sum.size), c.span, true};
-  note_overlap(deepest * law.inverse_reach, c.node, c.span, sums);
   return true;
 }
 
 /// The samples of a contact between two yarns: the law is integrated over the length of fiber that the point stands for, as its closest
 /// points lie, so that a crossing is felt alike wherever it is between two points. They may lie on the span at hand and on one beside it.
-inline NormalSum push_samples(const Target& at, const LineContact& c, const PairLaw& law, double weight, std::span<Reaction, 2> reaction,
-                              ContactSums& sums) {
+inline NormalSum push_samples(const Target& at, const LineContact& c, Touch& touch, double explained, const PairLaw& law, double weight,
+                              std::span<Reaction, 2> reaction, ContactSums& sums) {
   const FiberGeometry& g = at.g;
   NormalSum sum;
-  if (push_samples_on_span(at, c, law, weight, reaction[0], sum, sums)) return sum;
+  if (push_samples_on_span(at, c, touch, explained, law, weight, reaction[0], sum, sums)) return sum;
   const double cell = 1.0 / at.model.points[at.fiber];
+  std::array<AxisPoint, samples> nearest;
+  std::array<std::uint32_t, samples> span;
   double nearest2 = std::numeric_limits<double>::infinity();
   for (int k = 0; k < samples; ++k) {
-    const double u = c.at + at.offsets[k] * cell;
-    std::uint32_t span = c.span;
+    span[k] = c.span;
     std::int32_t image = c.image;
-    const AxisPoint at_sample = walk_to_point(at.model, g, g.span[c.node].point(u), span, image);
-    nearest2 = std::min(nearest2, at_sample.distance2);
-    if (at_sample.distance2 >= law.reach * law.reach) continue;
-    Reaction& on_span = reaction[span == c.span ? 0 : 1];
-    if (on_span.active && on_span.span != span) continue;
-    const double bound = push(at, law, at_sample, weight / samples, u, c.node, span, on_span, sum, sums);
-    on_span.stiffness.springs.add(bound, unit_normal(law, at_sample.separation, std::sqrt(at_sample.distance2)));
+    nearest[k] = walk_to_point(at.model, g, g.span[c.node].point(c.at + at.offsets[k] * cell), span[k], image);
+    nearest2 = std::min(nearest2, nearest[k].distance2);
   }
   sum.gap = std::sqrt(nearest2) - law.reach;
+  touch.note(-sum.gap, explained);
+  const double reach = law.reach - touch.spared;
+  for (int k = 0; k < samples; ++k) {
+    if (nearest[k].distance2 >= reach * reach) continue;
+    Reaction& on_span = reaction[span[k] == c.span ? 0 : 1];
+    if (on_span.active && on_span.span != span[k]) continue;
+    const double u = c.at + at.offsets[k] * cell;
+    const double bound = push(at, law, nearest[k], touch.spared, weight / samples, u, c.node, span[k], on_span, sum, sums);
+    on_span.stiffness.springs.add(bound, unit_normal(law, nearest[k].separation, std::sqrt(nearest[k].distance2)));
+  }
   return sum;
 }
 
 /// `before`: the contact evaluated before this one, or none.
-void line_contact(const Target& at, FiberPairs& pairs, LineContact& c, FrictionSpring& spring, const LineContact* before,
+void line_contact(const Target& at, FiberPairs& pairs, LineContact& c, Touch& touch, const LineContact* before,
                   std::span<Reaction, 2> reaction, ContactSums& sums) {
   const Model& m = at.model;
   const FiberGeometry& g = at.g;
   const std::uint32_t p = c.node, other = m.fiber_of[c.span];
   const FiberPair& pair = pairs.with(other);
   const PairLaw& law = *pair.law;
+  // If they were apart: how far they can be inside one another now.
+  const double inside_at_most = c.asleep_until != 0 ? g.travel[p] + g.travel[c.span] - c.asleep_until : law.reach;
+  c.asleep_until = 0;
   const AxisPoint q = walk_to_point(m, g, contact_point(g, c), c.span, c.image);
   const bool one_yarn = pair.meets_at_nodes, on_reed = pair.on_reed;
   const double weight = pair.share_of_points * (one_yarn ? m.tributary[p] : m.point_length[at.fiber]);
   // Two contacts of one point, each followed along a bent fiber from a place of its own, have met: then the first counts alone.
-  if (before != nullptr && spans_apart(m, *before, c) <= 1) return release(spring, sums.slip_loss);
-  if (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.span, c.image)) return release(spring, sums.slip_loss);
+  const bool met = before != nullptr && spans_apart(m, *before, c) <= 1;
+  if (met || (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.span, c.image))) {
+    release(touch, sums.slip_loss);
+    return let_sleep(g, 0, c);
+  }
   const double distance = std::sqrt(q.distance2);
   const double gap = distance - pair.touch_reach;
-  // What the fibers may come nearer by in the next step.
-  const double approach = g.reach_ahead[p] - g.travel[p] + g.reach_ahead[c.span] - g.travel[c.span];
-  const bool held = spring.holds();
-  if (gap >= approach && !held) return let_sleep(g, gap, c);
+  const double way = approach(g, p, c.span);
+  const bool held = touch.is_held();
+  if (gap >= way && !held) return let_sleep(g, gap, c);
+  const double explained = (held ? touch.overlap + way : inside_at_most) + unexplained * law.reach;
   NormalSum normal;
   normal.gap = gap;
   if (one_yarn) {
-    if (gap < 0) push(at, law, q, weight, 0, p, c.span, reaction[0], normal, sums);
-  } else if (gap < approach) {
-    normal = push_samples(at, c, law, weight, reaction, sums);
+    touch.note(-gap, explained);
+    if (-gap > touch.spared) push(at, law, q, touch.spared, weight, 0, p, c.span, reaction[0], normal, sums);
+  } else if (gap < way) {
+    normal = push_samples(at, c, touch, explained, law, weight, reaction, sums);
+  } else {
+    touch.note(-gap, explained);
   }
   const bool touches = normal.stiffness > 0;
   if (!touches && !held) {
-    let_sleep(g, normal.gap, c);
-    const double overlap = approach - normal.gap;
+    const bool spared = touch.is_held();  // all of the overlap
+    if (!spared) let_sleep(g, normal.gap, c);
+    const double overlap = way - (spared ? 0 : normal.gap);
     if (overlap <= 0) return;
     // The next step is already chosen, and they may overlap by so much after it: the one after that has to be short enough.
     const double k = weight * law.line_stiffness(std::min(overlap, 0.5 * law.reach));
@@ -422,26 +442,28 @@ void line_contact(const Target& at, FiberPairs& pairs, LineContact& c, FrictionS
   if (held && !on_reed && !reaction[1].active) {  // the guesses have not seen what is new
     felt.swing = static_cast<float>(swing_at(m, g, at.fiber, p, on_a.u) + swing_at(m, g, other, c.span, on_b.u));
   }
-  const Slip slip = slip_of(m, g, on_a, on_b, n, arm, one_yarn, at.dt);
+  if (!touches && !touch.is_held()) let_sleep(g, normal.gap, c);
   if (friction > 0) {
-    if (!touches) return part(spring, slip, sums.slip_loss);
+    const Slip slip = slip_of(m, g, on_a, on_b, n, arm, one_yarn, at.dt);
+    if (!touches) return part(touch, slip, sums.slip_loss);
     // Beside the middle of a crossing the samples also push along the fiber, which is no normal force of the two fibers.
     const Vec3& pushed = normal.force.on_middle;
     const double along = pushed.dot(slip.t_a);
     const double normal_force = std::sqrt(std::max(pushed.squaredNorm() - along * along, 0.0));
     const double cap = std::min(friction, m.friction) * normal_force;
-    slide(spring, slip, friction_stiffness, cap, friction * normal_force - cap, sums.slip_loss);
-    const double along_b = spring.along - slip.cosine * spring.across;
-    const Vec3 drag = along_b * slip.t_b + spring.across * slip.t_a;
+    slide(touch, slip, friction_stiffness, cap, friction * normal_force - cap, sums.slip_loss);
+    const double along_b = touch.along - slip.cosine * touch.across;
+    const Vec3 drag = along_b * slip.t_b + touch.across * slip.t_a;
     normal.force.add(drag, on_a.u);
-    if (one_yarn) at.couple[p] += arm * spring.across;
-    normal.force.add_to_tangent((spring.across * slip.arm_a) * n, on_a.u);
+    if (one_yarn) at.couple[p] += arm * touch.across;
+    normal.force.add_to_tangent((touch.across * slip.arm_a) * n, on_a.u);
     if (!reaction[0].active) reaction[0] = {{}, {}, static_cast<float>(on_b.u), c.span, true};
     reaction[0].force.add(-drag, on_b.u);
     reaction[0].force.add_to_tangent((along_b * slip.arm_b) * n, on_b.u);
     if (reaction[1].active) reaction[0].stiffness.springs += DirectionalStiffness::along(n, 0, friction_stiffness);
-    if (at.with_energy) sums.friction_store += stored_in(spring);
+    if (at.with_energy) sums.friction_store += stored_in(touch);
   }
+  if (!touches) return;
   at.force[p] += normal.force;
   add_stiffness(m, g, at.fiber, p, on_a.u, felt, at.stiffness);
   if (!reaction[1].active) {
@@ -452,9 +474,10 @@ void line_contact(const Target& at, FiberPairs& pairs, LineContact& c, FrictionS
 
 /// Node-to-node law of Yang 2015, eq. (3)-(7), kept to compare with: force along the part of the node-to-node vector normal to each
 /// fiber's own tangent. Action and reaction differ where fibers cross.
-void node_contact(const Target& at, LineContact& c, FrictionSpring& spring, Reaction& reaction, ContactSums& sums) {
+void node_contact(const Target& at, LineContact& c, Touch& touch, Reaction& reaction, ContactSums& sums) {
   const Model& m = at.model;
   const FiberGeometry& g = at.g;
+  c.asleep_until = 0;
   walk_to_point(m, g, g.x[c.node], c.span, c.image);
   const PairLaw& law = m.pair_law(at.fiber, m.fiber_of[c.span]);
   const std::uint32_t p = c.node, other = c.span;
@@ -464,8 +487,9 @@ void node_contact(const Target& at, LineContact& c, FrictionSpring& spring, Reac
   const Vec3 to_p = r - r.dot(t_p) * t_p;
   const Vec3 to_q = r - r.dot(t) * t;
   const double distance = to_p.norm();
-  if (distance >= law.reach) return release(spring, sums.slip_loss);
+  if (distance >= law.reach) return release(touch, sums.slip_loss);
   const double overlap = law.reach - distance;
+  touch.overlap = static_cast<float>(overlap);
   note_overlap(overlap / law.reach, p, other, sums);
   ++sums.touching;
   const double weight = 0.5 * m.tributary[p];
@@ -478,9 +502,9 @@ void node_contact(const Target& at, LineContact& c, FrictionSpring& spring, Reac
     Slip slip;
     slip.along_a = slip.along_b = (g.v[p] - g.v[other]).dot(t) * at.dt;
     slip.cosine = 1;
-    slide(spring, slip, friction * kn, std::min(friction, m.friction) * fn, 0, sums.slip_loss);
-    on_node += spring.along * t;
-    on_other -= spring.along * t;
+    slide(touch, slip, friction * kn, std::min(friction, m.friction) * fn, 0, sums.slip_loss);
+    on_node += touch.along * t;
+    on_other -= touch.along * t;
   }
   const double normal_stiffness = kn * (1 + overlap / law.reach);
   const auto felt = [&](const Vec3& to) {
@@ -505,6 +529,12 @@ void fetch(const T& object) {
 }
 
 }  // namespace
+
+void Touch::note(double now, double explained) {
+  if (now > explained) spared = static_cast<float>(now - std::max(overlap - spared, 0.0F));
+  overlap = static_cast<float>(std::max(now, 0.0));
+  spared = std::min(spared, overlap);
+}
 
 void let_sleep(const FiberGeometry& g, double gap, LineContact& c) {
   c.asleep_until = g.travel[c.node] + g.travel[c.span] + gap;
@@ -588,12 +618,11 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
         fetch(geometry.v[active->line[ahead].span]);
       }
       if (geometry.reach_ahead[contact.node] + geometry.reach_ahead[contact.span] < contact.asleep_until) continue;
-      contact.asleep_until = 0;
       sums.nodes.add(contact.node);
       if (model.node_contact && active == &contacts.active) {
-        node_contact(at, contact, active->spring[i], reaction[0], sums);
+        node_contact(at, contact, active->touch[i], reaction[0], sums);
       } else {
-        line_contact(at, pairs, contact, active->spring[i], before, reaction, sums);
+        line_contact(at, pairs, contact, active->touch[i], before, reaction, sums);
         before = &contact;
       }
       const std::uint32_t first = slot;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace weave {
@@ -13,7 +14,7 @@ void pick_active(const Model& m, const FiberGeometry& g, double skin, ContactLis
   ActiveContacts& active = contacts.active;
   const std::vector<std::uint32_t> number_before = std::move(active.number), of_before = std::move(active.of);
   const std::vector<LineContact> line_before = std::move(active.line);
-  const std::vector<FrictionSpring> spring_before = std::move(active.spring);
+  const std::vector<Touch> touch_before = std::move(active.touch);
   std::vector<std::uint8_t> keep(contacts.line.size());
   active.of.assign(fibers + 1, 0);
 #pragma omp parallel for schedule(dynamic, 1)
@@ -24,15 +25,20 @@ void pick_active(const Model& m, const FiberGeometry& g, double skin, ContactLis
       bool held = false;
       if (before < of_before[f + 1] && number_before[before] == i) {
         c = line_before[before];
-        held = spring_before[before++].holds();
+        held = touch_before[before++].is_held();
       }
       if (g.travel[c.node] + g.travel[c.span] < c.asleep_until - skin) {
         keep[i] = false;
         continue;
       }
+      const double left = c.asleep_until - g.travel[c.span];
       const AxisPoint q = walk_to_point(m, g, contact_point(g, c), c.span, c.image);
       const double gap = std::sqrt(q.distance2) - touch_reach(m, f, m.fiber_of[c.span]);
-      if (!m.node_contact && !held) let_sleep(g, gap, c);
+      if (!m.node_contact && !held) {
+        const double known_before = c.asleep_until != 0 ? left + g.travel[c.span] : -std::numeric_limits<double>::infinity();
+        let_sleep(g, gap, c);
+        c.asleep_until = std::max(c.asleep_until, known_before);
+      }
       keep[i] = gap < skin || held;
       kept += keep[i];
     }
@@ -41,7 +47,7 @@ void pick_active(const Model& m, const FiberGeometry& g, double skin, ContactLis
   for (std::uint32_t f = 0; f < fibers; ++f) active.of[f + 1] += active.of[f];
   active.number.resize(active.of[fibers]);
   active.line.resize(active.of[fibers]);
-  active.spring.resize(active.of[fibers]);
+  active.touch.resize(active.of[fibers]);
 #pragma omp parallel for schedule(static)
   for (std::uint32_t f = 0; f < fibers; ++f) {
     std::uint32_t before = of_before[f], k = active.of[f];
@@ -50,7 +56,7 @@ void pick_active(const Model& m, const FiberGeometry& g, double skin, ContactLis
       if (keep[i]) {
         active.number[k] = i;
         active.line[k] = contacts.line[i];
-        active.spring[k++] = was_active ? spring_before[before] : FrictionSpring{};
+        active.touch[k++] = was_active ? touch_before[before] : Touch{};
       }
       before += was_active;
     }
@@ -65,7 +71,7 @@ void pick_on_reed(const Model& m, const FiberGeometry& g, double skin, double ac
   const auto fibers = static_cast<std::uint32_t>(m.fibers());
   std::vector<std::vector<FoundContact>> found(fibers);
   const auto add = [&](std::uint32_t f, LineContact contact, double gap) {
-    FrictionSpring spring;
+    Touch touch;
     if (!before.of.empty()) {
       const auto end = before.line.begin() + before.of[f + 1];
       const auto same = [&](const LineContact& c) {
@@ -73,11 +79,11 @@ void pick_on_reed(const Model& m, const FiberGeometry& g, double skin, double ac
       };
       const auto old =
           std::find_if(std::ranges::lower_bound(before.line.begin() + before.of[f], end, contact.node, {}, &LineContact::node), end, same);
-      if (old != end) spring = before.spring[static_cast<std::size_t>(old - before.line.begin())];
+      if (old != end) touch = before.touch[static_cast<std::size_t>(old - before.line.begin())];
     }
-    if (gap >= skin && !spring.holds()) return;
-    if (!spring.holds()) let_sleep(g, gap, contact);
-    found[f].push_back({contact, spring});
+    if (gap >= skin && !touch.is_held()) return;
+    if (!touch.is_held()) let_sleep(g, gap, contact);
+    found[f].push_back({contact, touch});
   };
   // A point of the node's span against a reed bar and its images.
   const auto add_point = [&](std::uint32_t f, LineContact contact, double touch) {
@@ -115,10 +121,10 @@ void pick_on_reed(const Model& m, const FiberGeometry& g, double skin, double ac
   }
   active.of.assign(fibers + 1, 0);
   for (std::uint32_t f = 0; f < fibers; ++f) {
-    for (const auto& [line, spring] : found[f]) {
+    for (const auto& [line, touch] : found[f]) {
       active.number.push_back(static_cast<std::uint32_t>(active.number.size()));
       active.line.push_back(line);
-      active.spring.push_back(spring);
+      active.touch.push_back(touch);
     }
     active.of[f + 1] = static_cast<std::uint32_t>(active.line.size());
   }

@@ -121,12 +121,12 @@ void put_together(const Rebuild& r, Model& m, State& s) {
       if (const std::uint32_t o = old_fiber[f]; o != none && !old.of.empty()) {
         for (std::uint32_t i = old.of[o]; i < old.of[o + 1]; ++i) {
           LineContact c = old.line[i];
-          if (old.spring[i].stiffness <= 0 || new_node[c.node] == none || new_node[c.span] == none) continue;
+          if (!old.touch[i].is_held() || new_node[c.node] == none || new_node[c.span] == none) continue;
           c.node = new_node[c.node];
           c.span = new_node[c.span];
           c.asleep_until = 0;
           held.line.push_back(c);
-          held.spring.push_back(old.spring[i]);
+          held.touch.push_back(old.touch[i]);
         }
       }
       held.of[f + 1] = static_cast<std::uint32_t>(held.line.size());

@@ -14,6 +14,9 @@ constexpr std::int64_t old_place_limit = 2;
 /// Along x; each thread has an array of them on its stack.
 constexpr int slabs_at_most = 4096;
 
+/// Whether a node is searched for, and why.
+enum Staleness : std::uint8_t { up_to_date, has_moved, placed };
+
 struct Candidate {
   std::uint32_t fiber;
   std::int32_t image_key;  ///< image of an open fiber; 0 for a closed one, whose images are one chain
@@ -140,12 +143,17 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
   std::vector<FoundContact> held;
   if (!old.active.of.empty()) {
     for (std::uint32_t i = old.active.of[fiber]; i < old.active.of[fiber + 1]; ++i) {
-      if (old.active.spring[i].holds()) held.push_back({old.active.line[i], old.active.spring[i]});
+      if (old.active.touch[i].is_held()) held.push_back({old.active.line[i], old.active.touch[i]});
     }
   }
   std::vector<std::uint8_t> taken(held.size(), 0);
   const auto add_line = [&](LineContact contact, double distance) {
-    if (!m.node_contact) let_sleep(g, distance - touch_reach(m, fiber, m.fiber_of[contact.span]), contact);
+    if (!m.node_contact) {
+      // What is put into place counts as it lies; what has moved there was apart before the last step.
+      const double gap = distance - touch_reach(m, fiber, m.fiber_of[contact.span]);
+      const bool was_apart = stale[contact.node] == has_moved;
+      let_sleep(g, was_apart ? std::max(gap, -approach(g, contact.node, contact.span)) : gap, contact);
+    }
     auto same = held.end();
     std::int64_t apart = old_place_limit + 1;
     for (auto o = std::ranges::lower_bound(held, contact.node, {}, node_of); o != held.end() && o->line.node == contact.node; ++o) {
@@ -183,7 +191,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
       const auto picked = std::lower_bound(old.active.number.begin() + old.active.of[fiber], picked_end, number);
       if (picked != picked_end && *picked == number) {
         const auto i = picked - old.active.number.begin();
-        found.push_back({old.active.line[i], old.active.spring[i]});
+        found.push_back({old.active.line[i], old.active.touch[i]});
       } else {
         found.push_back({*o, {}});
       }
@@ -352,8 +360,9 @@ void NeighborSearch::build(const Model& m, const FiberGeometry& g, double skin, 
   stale_.resize(nodes);
 #pragma omp parallel for schedule(static)
   for (std::uint32_t p = 0; p < nodes; ++p) {
-    stale_[p] = moved[p] > moved_limit && g.x[p].x() <= active_x_max;
-    if (stale_[p]) moved[p] = 0;
+    const bool due = moved[p] > moved_limit && g.x[p].x() <= active_x_max;
+    stale_[p] = !due ? up_to_date : std::isinf(moved[p]) ? placed : has_moved;
+    if (due) moved[p] = 0;
   }
   const auto fibers = static_cast<std::uint32_t>(m.fibers());
   found_.resize(fibers);
@@ -361,7 +370,7 @@ void NeighborSearch::build(const Model& m, const FiberGeometry& g, double skin, 
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::uint32_t f = 0; f < fibers; ++f) {
     search_fiber(m, g, f, skin, active_x_max, stale_, contacts, found_[f]);
-    holding[f] = static_cast<std::uint32_t>(std::ranges::count_if(found_[f], &FrictionSpring::holds, &FoundContact::spring));
+    holding[f] = static_cast<std::uint32_t>(std::ranges::count_if(found_[f], &Touch::is_held, &FoundContact::touch));
   }
 
   ActiveContacts& held = contacts.active;
@@ -374,15 +383,15 @@ void NeighborSearch::build(const Model& m, const FiberGeometry& g, double skin, 
   contacts.line.resize(contacts.line_of[fibers]);
   held.number.resize(held.of[fibers]);
   held.line.resize(held.of[fibers]);
-  held.spring.resize(held.of[fibers]);
+  held.touch.resize(held.of[fibers]);
 #pragma omp parallel for schedule(static)
   for (std::uint32_t f = 0; f < fibers; ++f) {
     std::uint32_t i = contacts.line_of[f], k = held.of[f];
-    for (const auto& [line, spring] : found_[f]) {
-      if (spring.holds()) {
+    for (const auto& [line, touch] : found_[f]) {
+      if (touch.is_held()) {
         held.number[k] = i;
         held.line[k] = line;
-        held.spring[k++] = spring;
+        held.touch[k++] = touch;
       }
       contacts.line[i++] = line;
     }

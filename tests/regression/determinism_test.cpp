@@ -23,8 +23,8 @@ std::vector<std::uint64_t> bits_of(const weave::State& s) {
   add_all(s.x);
   add_all(s.v);
   for (const weave::ActiveContacts* contacts : {&s.contacts.active, &s.contacts.on_reed}) {
-    for (const weave::FrictionSpring& f : contacts->spring) {
-      for (const double force : {f.along, f.across}) bits.push_back(std::bit_cast<std::uint64_t>(force));
+    for (const weave::Touch& t : contacts->touch) {
+      for (const double force : {t.along, t.across}) bits.push_back(std::bit_cast<std::uint64_t>(force));
     }
   }
   for (const double d : {s.dt, s.time, s.flows.slip, s.flows.damping}) bits.push_back(std::bit_cast<std::uint64_t>(d));
@@ -43,11 +43,11 @@ std::vector<std::uint64_t> bits_after(const Scene& scene, int threads, int steps
     if (report.status != weave::StepStatus::ok) break;
   }
   omp_set_num_threads(before);
-  const auto& on_reed = engine.state().contacts.on_reed.spring;
+  const auto& on_reed = engine.state().contacts.on_reed.touch;
   if (reed_velocity.isZero()) {
     EXPECT_GT(engine.state().searches, 2);
   } else {
-    EXPECT_TRUE(std::ranges::any_of(on_reed, &weave::FrictionSpring::holds));
+    EXPECT_TRUE(std::ranges::any_of(on_reed, &weave::Touch::is_held));
   }
   return bits_of(engine.state());
 }

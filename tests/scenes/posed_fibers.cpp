@@ -17,9 +17,7 @@ void PosedFibers::move_to(const std::vector<Vec3>& x) {
   const std::vector<Vec3> before = s.x, force_before = force_;
   for (std::size_t p = 0; p < x.size(); ++p) s.v[p] = (x[p] - s.x[p]) / s.dt;
   s.x = x;
-  for (weave::ActiveContacts* a : {&s.contacts.active, &s.contacts.on_reed}) {
-    for (weave::LineContact& c : a->line) c.asleep_until = 0;  // the hand's moves are not counted as travel
-  }
+  wake_contacts(s);
   weave::Engine engine = scene_.engine();
   engine.step(at_rest(scene_.model), &ledger_);
   force_ = engine.force();

@@ -51,6 +51,12 @@ void add(Scene& scene, const FiberSpec& fiber, const Vec3& velocity) {
   scene.state.v.resize(scene.state.x.size(), velocity);
 }
 
+void wake_contacts(weave::State& state) {
+  for (weave::ActiveContacts* contacts : {&state.contacts.active, &state.contacts.on_reed}) {
+    for (weave::LineContact& c : contacts->line) c.asleep_until = 0;
+  }
+}
+
 weave::Drive at_rest(const weave::Model& model) {
   weave::Drive drive;
   drive.guide_z.assign(model.fibers(), 0);

@@ -33,6 +33,9 @@ Scene empty_scene(const weave::FiberType& type);
 
 void add(Scene& scene, const weave::FiberSpec& fiber, const Vec3& velocity = Vec3::Zero());
 
+/// To be called where nodes are moved by hand, which is not counted as travel: contacts are looked at, and what they overlap by counts.
+void wake_contacts(weave::State& state);
+
 /// Nothing is driven.
 weave::Drive at_rest(const weave::Model& model);
 

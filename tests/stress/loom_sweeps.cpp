@@ -121,7 +121,7 @@ std::vector<Sweep> loom_sweeps(Extent extent) {
   };
   add("reed speed", "m/s", pick(extent, {50}, {1, 5, 10, 20, 50, 100}), [](double v) { return fmt::format("beat_up.top_speed={:e}", v); });
   add("friction", "", pick(extent, {0, 2}, {0, 0.2, 0.5, 1, 2, 5}), [](double v) { return fmt::format("fabric.friction={:e}", v); });
-  add("warp tension", "N", pick(extent, {0.01, 1000}, {0.01, 0.1, 1, 10, 100, 1000}),
+  add("warp tension", "N", pick(extent, {0.0101, 1000}, {0.01, 0.0101, 0.0102, 0.1, 1, 10, 100, 1000}),
       [](double v) { return fmt::format("loom.tension={:e}", v); });
   add("E/E_T", "", pick(extent, {1e4}, {1, 10, 100, 1e3, 1e4}),
       [](double v) { return fmt::format("yarns.glass.transverse_modulus={:e}", 86.9e9 / v); });

@@ -39,6 +39,7 @@ double largest_frequency(Scene scene) {
       // Coordinates scaled by sqrt(m), in which the eigenvectors are normal to each other.
       for (std::size_t p = 0; p < n; ++p)
         moved.state.x[p] += side * h * std::sqrt(scene.model.inverse_mass[p] * scene.model.mass[1]) * mode[p];
+      wake_contacts(moved.state);
       Engine engine = moved.engine();
       engine.step(at_rest(moved.model));
       for (std::size_t p = 0; p < n; ++p) change[p] -= side / (2 * h) * engine.force()[p];

@@ -10,13 +10,20 @@
 
 namespace weave {
 
-/// Tangential spring of a contact of fiber a on fiber b. Its force on a is along t_b + across (t_a - (t_a.t_b) t_b), with the tangents t;
-/// in the contacts of one yarn's fibers, which run side by side, t_a stands for n x t_b, n the normal.
-struct FrictionSpring {
+/// State of a contact of fiber a on fiber b while they touch. The tangential spring's force on a is along t_b + across (t_a - (t_a.t_b)
+/// t_b), with the tangents t; in the contacts of one yarn's fibers, which run side by side, t_a stands for n x t_b, n the normal.
+struct Touch {
   double along = 0;      ///< [N]
   double across = 0;     ///< [N]
-  double stiffness = 0;  ///< at the last step [N/m]; 0: was apart
-  [[nodiscard]] bool holds() const { return stiffness > 0; }
+  double stiffness = 0;  ///< of the spring at the last step [N/m]; 0: none
+  float overlap = 0;     ///< at the last step, of the deepest sample [m]; 0: they were apart
+  /// Of the overlap that does not push [m]. Where a fiber bends sharply the closest place of it may vanish and another one, inside already,
+  /// be found in its stead; pushing at once would make energy of nothing, so what motion does not explain is spared until it is drawn out.
+  float spared = 0;
+  [[nodiscard]] bool is_held() const { return overlap > 0; }
+
+  /// Notes the overlap of a step [m], negative if apart, and how much motion can explain.
+  void note(double now, double explained);
 };
 
 /// Point of one fiber against the closest point of another fiber's axis: the line contact of the pair, integrated at points along one
@@ -32,13 +39,13 @@ struct LineContact {
   std::uint32_t span = 0;   ///< node of the touched span; follows the closest point from step to step
   std::int32_t image = 0;   ///< the touched fiber is shifted by image * period_y
   float at = 0;             ///< of the point along its span: u = -1/2...1/2
-  double asleep_until = 0;  ///< travel of the two spans, summed, before which they can not come near a touch; 0: awake [m]
+  double asleep_until = 0;  ///< travel of the two spans, summed, before which they can not touch; 0: not known, or touching [m]
 };
 
-/// A contact found, with its spring if it touched before.
+/// A contact found, with its state if it touched before.
 struct FoundContact {
   LineContact line;
-  FrictionSpring spring;
+  Touch touch;
 };
 
 /// How a contact resists motion, for the bound on the time step.
@@ -79,7 +86,7 @@ class ReactionsOfContact {
 struct ActiveContacts {
   std::vector<std::uint32_t> number;       ///< in the list, rising
   std::vector<LineContact> line;           ///< as they have been followed since they were picked
-  std::vector<FrictionSpring> spring;      ///< of the point's own bar on the touched one
+  std::vector<Touch> touch;                ///< of the point's own bar on the touched one
   std::vector<std::uint32_t> of;           ///< those of fiber f: of[f] ... of[f+1]-1
   std::vector<std::uint32_t> place;        ///< of each among those sorted by touched fiber, then by number
   std::vector<std::uint32_t> place_of;     ///< places of those that touch fiber f: place_of[f] ... place_of[f+1]-1
@@ -119,6 +126,11 @@ struct NodeRange {
   [[nodiscard]] bool has(std::uint32_t node) const { return begin <= node && node < end; }
 };
 
+/// What the spans of two nodes may come nearer to one another by in the next step, and have come by in the last one at most [m].
+inline double approach(const FiberGeometry& g, std::uint32_t a, std::uint32_t b) {
+  return g.reach_ahead[a] - g.travel[a] + g.reach_ahead[b] - g.travel[b];
+}
+
 /// Sums over the contacts owned by one fiber.
 struct ContactSums {
   NodeRange nodes;                           ///< whose spans' points were looked at
@@ -143,7 +155,7 @@ Vec3 contact_point(const FiberGeometry& geometry, const LineContact& contact);
 /// Spans along the touched fiber between two contacts of one point; the largest number if they are not of one point and fiber.
 std::int64_t spans_apart(const Model& model, const LineContact& a, const LineContact& b);
 
-/// Lets a contact without a spring sleep for as long as its fibers, apart by `gap` [m], need to come near a touch. It then costs next to
+/// Lets a contact that does not touch sleep for as long as its fibers, apart by `gap` [m], need to come near a touch. It then costs next to
 /// nothing and the result does not change, as only a contact that is near counts.
 void let_sleep(const FiberGeometry& geometry, double gap, LineContact& contact);
 

@@ -33,7 +33,7 @@ class NeighborSearch {
   Bin bins_;
   double bar_max_ = 0, reach_max_ = 0;
   std::vector<std::vector<FoundContact>> found_;  ///< by fiber
-  std::vector<std::uint8_t> stale_;               ///< per node: to be searched
+  std::vector<std::uint8_t> stale_;               ///< per node: whether to be searched, and why
   std::vector<std::uint32_t> cell_;               ///< per node: of its span; beyond the last where it is not searched
 };
 
