@@ -6,6 +6,7 @@
 #include <map>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 
 #include "weave/assignment.hpp"
 #include "weave/section.hpp"
@@ -83,6 +84,116 @@ Vec3 point_at_share(const Snapshot& s, std::size_t f, double share) {
   return point_at_arc(s, f, around ? arc - length : arc) + Vec3(0, (around ? s.cell_width : 0) - face, 0);
 }
 
+/// As yarn_paths, but a yarn has no station where a plane cuts none of its fibers.
+std::vector<YarnPath> cut_paths(const Snapshot& s, int stations, const Vec3& shift) {
+  struct Extent {
+    double low = 1e300, high = -1e300;
+    void hold(double at, double half) {
+      low = std::min(low, at - half);
+      high = std::max(high, at + half);
+    }
+    [[nodiscard]] double size() const { return high - low; }
+  };
+  struct Cut {
+    double first = 0, across = 0, z = 0;
+    int count = 0;
+    Extent wide, tall;
+  };
+  std::map<int, YarnPath> paths;
+  for (std::size_t f = 0; f < s.fibers(); ++f) {
+    paths[s.yarn[f]].yarn = s.yarn[f];
+    paths[s.yarn[f]].weft = s.weft[f] != 0;
+  }
+  for (const bool weft : {false, true}) {
+    const SectionAxis axis = weft ? SectionAxis::y : SectionAxis::x;
+    const double period = weft ? s.cell_width : s.cell_length, period_across = section_period(s, axis);
+    const double face = weft ? shift.y() : s.x_min + shift.x();
+    for (int k = 0; k < stations; ++k) {
+      const double along = face + (k + 0.5) / stations * period;
+      std::map<int, Cut> cuts;
+      for (const SectionCircle& c : cut_section(s, axis, along)) {
+        if (c.weft != weft) continue;
+        Cut& cut = cuts[c.yarn];
+        if (cut.count == 0) cut.first = c.u;
+        const double u = c.u - period_across * std::round((c.u - cut.first) / period_across);  // the image beside the first fiber
+        const double cosine = std::cos(c.angle), sine = std::sin(c.angle);
+        cut.wide.hold(u, c.radius * std::hypot(c.aspect * cosine, sine));
+        cut.tall.hold(c.z, c.radius * std::hypot(c.aspect * sine, cosine));
+        cut.across += u;
+        cut.z += c.z;
+        ++cut.count;
+      }
+      for (const auto& [yarn, cut] : cuts)
+        paths[yarn].stations.push_back({along, cut.across / cut.count, cut.z / cut.count, cut.wide.size(), cut.tall.size()});
+    }
+  }
+  std::vector<YarnPath> result;
+  for (auto& [yarn, path] : paths) result.push_back(std::move(path));
+  return result;
+}
+
+constexpr std::size_t stations_of_measures = 64;
+
+/// Mean widths and heights of the yarns of one family; not_measured unless all of its yarns have all their stations.
+std::pair<double, double> mean_yarn_size(const std::vector<YarnPath>& paths, bool weft) {
+  double width = 0, height = 0, count = 0;
+  for (const YarnPath& path : paths) {
+    if (path.weft != weft) continue;
+    if (path.stations.size() < stations_of_measures) return {not_measured, not_measured};
+    width += path.width();
+    height += path.height();
+    ++count;
+  }
+  return {width / count, height / count};  // 0 / 0 is not_measured
+}
+
+/// Spans (low, high) of z that fibers fill, for each of equal columns over the period along y.
+using Columns = std::vector<std::vector<std::pair<double, double>>>;
+
+/// Adds what a fiber of a unit cell, and its images, fill of the plane x = `plane`: as spheres that overlap by most of their radius.
+void add_spans(const Snapshot& s, std::size_t f, double plane, Columns& spans) {
+  const double r = s.radius[f], sphere_distance = 0.1 * r;
+  const auto columns = static_cast<int>(spans.size());
+  const double h = s.cell_width / columns;
+  const auto distance = [&](double x) { return x - plane - s.cell_length * std::round((x - plane) / s.cell_length); };
+  for (auto p = s.offset[f]; p + 1 < s.offset[f + 1]; ++p) {
+    const Vec3 d = s.x[p + 1] - s.x[p];
+    if (std::abs(distance(s.x[p].x() + 0.5 * d.x())) > r + 0.5 * d.norm()) continue;
+    const int pieces = std::max(1, static_cast<int>(std::ceil(d.norm() / sphere_distance)));
+    for (int i = 0; i < pieces; ++i) {
+      const Vec3 q = s.x[p] + (i + 0.5) / pieces * d;
+      const double dx = distance(q.x());
+      if (std::abs(dx) >= r) continue;
+      const double reach = std::sqrt(r * r - dx * dx);
+      const int from = static_cast<int>(std::ceil((q.y() - reach) / h - 0.5)), to = static_cast<int>(std::floor((q.y() + reach) / h - 0.5));
+      for (int j = from; j <= to; ++j) {
+        const double dy = (j + 0.5) * h - q.y(), half = std::sqrt(std::max(0.0, reach * reach - dy * dy));
+        spans[static_cast<std::size_t>(((j % columns) + columns) % columns)].emplace_back(q.z() - half, q.z() + half);
+      }
+    }
+  }
+}
+
+/// Length between the spans of a column that none of them covers, and how far it is from the lowest to the highest of them.
+std::pair<double, double> gaps_and_whole(std::vector<std::pair<double, double>>& spans) {
+  if (spans.empty()) return {0, 0};
+  std::sort(spans.begin(), spans.end());
+  double gaps = 0, end = spans.front().first;
+  for (const auto& [low, high] : spans) {
+    gaps += std::max(0.0, low - end);
+    end = std::max(end, high);
+  }
+  return {gaps, end - spans.front().first};
+}
+
+/// Number of a yarn's fibers that lie within the outermost ring, and so come first; 0: all are alike.
+int fibers_in_middle(int fibers) {
+  if (fibers <= 3) return 0;
+  int middle = 1;
+  for (int ring = 1; middle + 6 * ring < fibers; ++ring) middle += 6 * ring;
+  return middle;
+}
+
 }  // namespace
 
 CellMeasures measure_cell(const Snapshot& nodes) {
@@ -118,6 +229,11 @@ CellMeasures measure_cell(const Snapshot& nodes) {
     m.crimp_weft = weft_length / (static_cast<double>(wefts) * s.cell_width) - 1;
     m.stress_mean_weft = weft_stress / static_cast<double>(weft_nodes);
   }
+  if (s.cell_length > 0) {
+    const std::vector<YarnPath> paths = cut_paths(s, stations_of_measures, Vec3::Zero());
+    std::tie(m.yarn_width_warp, m.yarn_height_warp) = mean_yarn_size(paths, false);
+    std::tie(m.yarn_width_weft, m.yarn_height_weft) = mean_yarn_size(paths, true);
+  }
   return m;
 }
 
@@ -131,7 +247,67 @@ std::vector<std::pair<std::string, double>> named(const CellMeasures& m) {
           {"crimp_weft", m.crimp_weft},
           {"stress_max_Pa", m.stress_max},
           {"stress_mean_warp_Pa", m.stress_mean_warp},
-          {"stress_mean_weft_Pa", m.stress_mean_weft}};
+          {"stress_mean_weft_Pa", m.stress_mean_weft},
+          {"yarn_width_warp_m", m.yarn_width_warp},
+          {"yarn_height_warp_m", m.yarn_height_warp},
+          {"yarn_width_weft_m", m.yarn_width_weft},
+          {"yarn_height_weft_m", m.yarn_height_weft}};
+}
+
+std::vector<double> void_shares(const Snapshot& nodes, int sections) {
+  if (!(nodes.cell_length > 0)) throw std::invalid_argument("void_shares: the snapshot is not of a unit cell");
+  constexpr double column_width = 0.05;  // of the smallest fiber's radius
+  const Snapshot s = on_axis(nodes);
+  const double r_min = *std::min_element(s.radius.begin(), s.radius.end());
+  const auto columns = static_cast<std::size_t>(std::clamp(s.cell_width / (column_width * r_min), 64.0, 1e4));
+  std::vector<double> shares;
+  for (int k = 0; k < sections; ++k) {
+    const double plane = s.x_min + (k + 0.5) / sections * s.cell_length;
+    Columns spans(columns);
+    for (std::size_t f = 0; f < s.fibers(); ++f) add_spans(s, f, plane, spans);
+    double voids = 0, whole = 0;
+    for (auto& column : spans) {
+      const auto [gaps, height] = gaps_and_whole(column);
+      voids += gaps;
+      whole += height;
+    }
+    shares.push_back(voids / whole);
+  }
+  return shares;
+}
+
+StressByPlace warp_stress_by_place(const Snapshot& nodes) {
+  const Snapshot s = on_axis(nodes);
+  std::map<int, int> fibers;
+  for (const int yarn : s.yarn) ++fibers[yarn];
+  double sum[2] = {}, count[2] = {};  // in the middle, at the edge
+  for (std::size_t f = 0; f < s.fibers(); ++f) {
+    const int middle = fibers_in_middle(fibers[s.yarn[f]]);
+    if (s.weft[f] || middle == 0) continue;
+    const int place = s.fiber[f] < middle ? 0 : 1;
+    for (auto p = s.offset[f]; p < s.offset[f + 1]; ++p) {
+      sum[place] += s.stress(f, p);
+      ++count[place];
+    }
+  }
+  return {sum[0] / count[0], sum[1] / count[1]};  // 0 / 0 is not_measured
+}
+
+std::vector<double> warp_stress_behind_fell(const Snapshot& s, double length, int count) {
+  const auto lengths = static_cast<std::size_t>(std::clamp(static_cast<int>(-s.x_min / length), 0, count));
+  std::vector<double> sum(lengths), nodes(lengths);
+  for (std::size_t f = 0; f < s.fibers(); ++f) {
+    if (s.weft[f]) continue;
+    for (auto p = s.offset[f]; p < s.offset[f + 1]; ++p) {
+      if (s.x[p].x() >= 0) continue;
+      const auto k = static_cast<std::size_t>(-s.x[p].x() / length);
+      if (k >= lengths) continue;
+      sum[k] += s.stress(f, p);
+      ++nodes[k];
+    }
+  }
+  for (std::size_t k = 0; k < lengths; ++k) sum[k] /= nodes[k];
+  return sum;
 }
 
 Steadiness steadiness(const Snapshot& a, const Snapshot& b) {
@@ -192,55 +368,12 @@ double YarnPath::height() const {
 
 std::vector<YarnPath> yarn_paths(const Snapshot& s, int stations, const Vec3& shift) {
   if (!(s.cell_length > 0)) throw std::invalid_argument("yarn_paths: the snapshot is not of a unit cell");
-  struct Extent {
-    double low = 1e300, high = -1e300;
-    void hold(double at, double half) {
-      low = std::min(low, at - half);
-      high = std::max(high, at + half);
-    }
-    [[nodiscard]] double size() const { return high - low; }
-  };
-  struct Cut {
-    double first = 0, across = 0, z = 0;
-    int count = 0;
-    Extent wide, tall;
-  };
-  std::map<int, YarnPath> paths;
-  for (std::size_t f = 0; f < s.fibers(); ++f) {
-    paths[s.yarn[f]].yarn = s.yarn[f];
-    paths[s.yarn[f]].weft = s.weft[f] != 0;
+  std::vector<YarnPath> paths = cut_paths(s, stations, shift);
+  for (const YarnPath& path : paths) {
+    if (path.stations.size() < static_cast<std::size_t>(stations))
+      throw std::invalid_argument("yarn_paths: a plane cuts no fiber of yarn " + std::to_string(path.yarn));
   }
-  for (const bool weft : {false, true}) {
-    const SectionAxis axis = weft ? SectionAxis::y : SectionAxis::x;
-    const double period = weft ? s.cell_width : s.cell_length, period_across = section_period(s, axis);
-    const double face = weft ? shift.y() : s.x_min + shift.x();
-    for (int k = 0; k < stations; ++k) {
-      const double along = face + (k + 0.5) / stations * period;
-      std::map<int, Cut> cuts;
-      for (const SectionCircle& c : cut_section(s, axis, along)) {
-        if (c.weft != weft) continue;
-        Cut& cut = cuts[c.yarn];
-        if (cut.count == 0) cut.first = c.u;
-        const double u = c.u - period_across * std::round((c.u - cut.first) / period_across);  // the image beside the first fiber
-        const double cosine = std::cos(c.angle), sine = std::sin(c.angle);
-        cut.wide.hold(u, c.radius * std::hypot(c.aspect * cosine, sine));
-        cut.tall.hold(c.z, c.radius * std::hypot(c.aspect * sine, cosine));
-        cut.across += u;
-        cut.z += c.z;
-        ++cut.count;
-      }
-      for (auto& [yarn, path] : paths) {
-        if (path.weft != weft) continue;
-        const auto found = cuts.find(yarn);
-        if (found == cuts.end()) throw std::invalid_argument("yarn_paths: a plane cuts no fiber of yarn " + std::to_string(yarn));
-        const Cut& cut = found->second;
-        path.stations.push_back({along, cut.across / cut.count, cut.z / cut.count, cut.wide.size(), cut.tall.size()});
-      }
-    }
-  }
-  std::vector<YarnPath> result;
-  for (auto& [yarn, path] : paths) result.push_back(std::move(path));
-  return result;
+  return paths;
 }
 
 }  // namespace weave

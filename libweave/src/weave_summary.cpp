@@ -1,4 +1,5 @@
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "weave/peak_memory.hpp"
 #include "weave/version.hpp"
@@ -17,6 +18,10 @@ const char* name_of(RunStatus status) {
       return "failed";
   }
   return "";
+}
+
+double mean(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 }  // namespace
@@ -56,6 +61,11 @@ std::string summary_json(const Case& c, const WeaveResult& r) {
   j["cell_length_m"] = c.cell_length();
   j["cell_width_m"] = c.cell_width();
   for (const auto& [name, value] : named(s.cell)) j[name] = value;
+  j["void_share_mean"] = s.void_shares.empty() ? ordered_json() : ordered_json(mean(s.void_shares));
+  j["void_share_per_section"] = s.void_shares;
+  j["stress_middle_warp_Pa"] = s.warp_stress.middle;
+  j["stress_edge_warp_Pa"] = s.warp_stress.edge;
+  j["stress_mean_warp_per_cell_Pa"] = s.warp_stress_behind_fell;
   j["steadiness"] = s.steadiness.empty() ? ordered_json() : ordered_json(s.steadiness.back().mean);
   j["steadiness_largest"] = s.steadiness.empty() ? ordered_json() : ordered_json(s.steadiness.back().largest);
   ordered_json per_cell = ordered_json::array(), by_label = ordered_json::array(), shift = ordered_json::array();

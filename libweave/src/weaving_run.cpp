@@ -494,9 +494,12 @@ class WeavingRun {
     s.energy_removed = loom_.edit_energy;
     s.energy_residual = loom_.work_in > 0 ? loom_.residual_max / loom_.work_in : 0;
     result_.loom = snapshot_of_loom(case_, *engine_, s.picks);
+    s.warp_stress_behind_fell = warp_stress_behind_fell(result_.loom, case_.cell_length(), s.picks / case_.picks_per_cell());
     if (!cells_.empty()) {
       result_.cell = cells_.back();
       s.cell = measure_cell(result_.cell);
+      s.void_shares = void_shares(result_.cell);
+      s.warp_stress = warp_stress_by_place(result_.cell);
     }
     if (!options_.output.empty()) {
       write_results(options_.output / "weave.vtkhdf", {result_.loom, result_.history, to_toml(case_), version()});

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "unit/synthetic_cloth.hpp"
+
 namespace {
 
 /// Two straight fibers of one warp yarn and two of a weft, side by side.
@@ -130,6 +132,123 @@ TEST(measures, cells_of_different_fibers_are_refused) {
   weave::Snapshot other = small_cell();
   other.yarn[3] = 5;
   EXPECT_THROW(weave::steadiness(small_cell(), other), std::invalid_argument);
+}
+
+TEST(measures, yarns_have_the_width_and_height_of_their_fibers) {
+  const weave::CellMeasures m = weave::measure_cell(small_cell());  // two fibers of 2e-4, side by side, in each yarn
+  EXPECT_NEAR(m.yarn_width_warp, 4e-4, 1e-15);
+  EXPECT_NEAR(m.yarn_height_warp, 2e-4, 1e-15);
+  EXPECT_NEAR(m.yarn_width_weft, 4e-4, 1e-15);
+  EXPECT_NEAR(m.yarn_height_weft, 2e-4, 1e-15);
+}
+
+TEST(measures, families_have_their_own_yarn_sizes) {
+  const weave::SyntheticCloth cloth;
+  const double r = cloth.radius;
+  weave::Snapshot s = weave::make_synthetic_cloth(cloth);
+  for (std::size_t f = 0; f < s.fibers(); ++f) {
+    if (s.weft[f]) s.radius[f] = 0.5 * r;  // the places stay: centers up to 2 r beside the middle, and sqrt(3) r above it
+  }
+  const weave::CellMeasures m = weave::measure_cell(s);
+  EXPECT_NEAR(m.yarn_width_warp, 6 * r, 0.01 * r);
+  EXPECT_NEAR(m.yarn_width_weft, 5 * r, 0.01 * r);
+  EXPECT_NEAR(m.yarn_height_warp - m.yarn_height_weft, r, 0.1 * r);  // sections are long where a yarn slopes
+  EXPECT_GT(m.yarn_height_weft, (2 * std::sqrt(3.0) + 1) * r);
+}
+
+TEST(measures, yarns_that_are_not_there_have_no_size) {
+  weave::Snapshot warps = small_cell();
+  warps.offset.resize(3);
+  for (auto* list : {&warps.yarn, &warps.fiber}) list->resize(2);
+  warps.weft.resize(2);
+  const weave::CellMeasures m = weave::measure_cell(warps);
+  EXPECT_NEAR(m.yarn_width_warp, 4e-4, 1e-15);
+  EXPECT_TRUE(std::isnan(m.yarn_width_weft));
+  EXPECT_TRUE(std::isnan(m.yarn_height_weft));
+
+  weave::Snapshot bundle = small_cell();
+  bundle.cell_length = 0;  // of no unit cell
+  EXPECT_TRUE(std::isnan(weave::measure_cell(bundle).yarn_width_warp));
+}
+
+/// Warps of radius 1e-4 in a square packing, 5 across and `layers` high, and one weft over them at x.
+weave::Snapshot stacked_cell(int layers, double weft_x) {
+  weave::Snapshot s;
+  s.cell_width = s.cell_length = 1e-3;
+  s.x_min = 2e-3;
+  s.x_max = 3e-3;
+  s.offset = {0};
+  const auto add = [&](bool weft, const weave::Vec3& from, const weave::Vec3& to) {
+    s.yarn.push_back(weft ? 1 : 0);
+    s.fiber.push_back(0);
+    s.weft.push_back(weft);
+    s.radius.push_back(1e-4);
+    s.area.push_back(1e-8);
+    for (int k = 0; k <= 10; ++k) {
+      s.x.emplace_back(from + 0.1 * k * (to - from));
+      s.tension.push_back(1);
+      s.arc.push_back(1e-4 * k);
+    }
+    s.offset.push_back(static_cast<std::int64_t>(s.x.size()));
+  };
+  for (int i = 0; i < 5; ++i) {
+    for (int layer = 0; layer < layers; ++layer) {
+      const double y = (2 * i + 1) * 1e-4, z = 2e-4 * layer;
+      add(false, {s.x_min, y, z}, {s.x_max, y, z});
+    }
+  }
+  const double top = 2e-4 * layers;
+  add(true, {weft_x, 0.3e-3, top}, {weft_x, 1.3e-3, top});
+  return s;
+}
+
+TEST(measures, voids_of_a_square_packing_are_known) {
+  using std::numbers::pi;
+  // Over a fiber's width 2 r the envelopes of n layers bound 4 r^2 (n - 1) + pi r^2, of which n pi r^2 are fibers.
+  const double warps_alone = 1 - 2 * pi / (4 + pi);
+  // A weft cut along its axis adds 4 r^2 of fiber, and closes the hollows of the upper side: 2 r (5 r) + pi r^2 / 2 are bounded.
+  const double with_weft = 1 - (2 * pi + 4) / (10 + pi / 2);
+  for (const double weft_x : {2.5e-3, 3.5e-3}) {  // in the cell, and one cell farther on
+    const std::vector<double> shares = weave::void_shares(stacked_cell(2, weft_x), 5);
+    ASSERT_EQ(shares.size(), 5u);
+    for (const int k : {0, 1, 3, 4}) EXPECT_NEAR(shares[k], warps_alone, 1e-3);
+    EXPECT_NEAR(shares[2], with_weft, 1e-3);
+  }
+}
+
+TEST(measures, places_without_fibers_are_no_voids) {
+  weave::Snapshot cell = stacked_cell(1, 2.5e-3);
+  cell.cell_width = 2e-3;  // half of the width is empty
+  EXPECT_NEAR(weave::void_shares(cell, 5)[0], 0, 1e-3);
+  cell.cell_length = 0;
+  EXPECT_THROW(weave::void_shares(cell), std::invalid_argument);
+}
+
+TEST(measures, stress_of_middle_and_edge_is_told_apart) {
+  weave::Snapshot s = weave::make_synthetic_cloth({});
+  for (std::size_t f = 0; f < s.fibers(); ++f) {
+    for (auto p = s.offset[f]; p < s.offset[f + 1]; ++p) s.tension[p] = s.weft[f] ? 100 : s.fiber[f] == 0 ? 3 : 1 + s.fiber[f];
+  }
+  const weave::StressByPlace stress = weave::warp_stress_by_place(s);
+  EXPECT_NEAR(stress.middle * s.area[0], 3, 1e-12);
+  EXPECT_NEAR(stress.edge * s.area[0], 4.5, 1e-12);  // places 1 to 6
+
+  const weave::StressByPlace alike = weave::warp_stress_by_place(small_cell());  // yarns of two fibers
+  EXPECT_TRUE(std::isnan(alike.middle));
+  EXPECT_TRUE(std::isnan(alike.edge));
+}
+
+TEST(measures, stress_is_told_by_distance_from_the_fell) {
+  weave::Snapshot loom = weave::make_synthetic_cloth({.cells = 4});
+  const double length = loom.cell_width;  // as long as wide
+  for (std::size_t f = 0; f < loom.fibers(); ++f) {
+    for (auto p = loom.offset[f]; p < loom.offset[f + 1]; ++p) loom.tension[p] = loom.weft[f] ? 100 : std::floor(-loom.x[p].x() / length);
+  }
+  const std::vector<double> stress = weave::warp_stress_behind_fell(loom, length, 3);
+  ASSERT_EQ(stress.size(), 3u);
+  for (const int k : {0, 1, 2}) EXPECT_NEAR(stress[k] * loom.area[0], k, 1e-12);
+  EXPECT_EQ(weave::warp_stress_behind_fell(loom, length, 9).size(), 4u);
+  EXPECT_TRUE(weave::warp_stress_behind_fell(loom, 10 * length, 9).empty());
 }
 
 }  // namespace
