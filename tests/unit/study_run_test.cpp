@@ -51,7 +51,7 @@ if [ -e "$here/slow" ]; then
 fi
 if [ "$tension" = 13 ]; then echo "first line"; echo "the warp broke" >&2; exit 2; fi
 mkdir -p "$out/weave"
-echo "{\"reed_load_max_N\": $((10 * tension + 0$finer)), \"per_cell\": [1, $OMP_NUM_THREADS], \"energy_J\": {\"bars\": 0.5}}" > "$out/weave/summary.json"
+echo "{\"reed_load_max_N\": $((10 * tension + 0$finer)), \"reed_load_per_beat_N\": [1, $OMP_NUM_THREADS], \"energy_J\": {\"bars\": 0.5}}" > "$out/weave/summary.json"
 echo '{"finished": true}' > "$out/weave/stage.json"
 )";
 
@@ -96,12 +96,13 @@ class StudyRunTest : public OwnFolder {
 
 TEST_F(StudyRunTest, CollectsFiguresWithErrors) {
   write_study("[vary]\nloom.tension = [1, 2, 4]\n[error]\nset = { numerics.element_length = 1 }\n",
-              "\"weave.reed_load_max_N\", \"weave.per_cell.last\", \"weave.energy_J.bars\"");
+              "\"weave.reed_load_max_N\", \"weave.reed_load_per_beat_N.last\", \"weave.energy_J.bars\"");
   EXPECT_EQ(study_command(options), 0);
   // Wall times, the last column, are not compared.
   EXPECT_EQ(
       std::regex_replace(read("out/study.csv"), std::regex(",[0-9.]+\n"), "\n"),
-      "run,loom.tension,weave.reed_load_max_N,weave.reed_load_max_N.error,weave.per_cell.last,weave.per_cell.last.error,weave.energy_J."
+      "run,loom.tension,weave.reed_load_max_N,weave.reed_load_max_N.error,weave.reed_load_per_beat_N.last,weave.reed_load_per_beat_N.last."
+      "error,weave.energy_J."
       "bars,"
       "weave.energy_J.bars.error,state,wall_s\n"
       "tension_1,1,10,1.0,1,0.0,0.5,0.0,finished\ntension_2,2,20,1.0,1,0.0,0.5,0.0,finished\ntension_4,4,40,1.0,1,0.0,0.5,0.0,finished\n");

@@ -156,8 +156,30 @@ TEST_F(StudyTest, FiguresNeedTheirStage) {
       error_of("until = \"weave\"\n" + vary, "\"relax.thickness_m\""),
       HasSubstr("study.toml:4: collect = [ 'relax.thickness_m' ]: \"relax.thickness_m\" needs the stage relax, but until = \"weave\""));
   EXPECT_THAT(error_of(vary, "\"thickness_m\""), HasSubstr("\"thickness_m\" must read STAGE.KEY"));
-  EXPECT_THAT(error_of(vary, "\"weave.a\", \"weave.a\""), HasSubstr("\"weave.a\" is there twice"));
+  EXPECT_THAT(error_of(vary, "\"weave.picks\", \"weave.picks\""), HasSubstr("\"weave.picks\" is there twice"));
   EXPECT_THAT(error_of(vary, ""), HasSubstr("study.toml:4: collect = []: expected a list of strings"));
+}
+
+TEST_F(StudyTest, MisspelledFiguresAreToldBeforeAnyRun) {
+  const std::string vary = "[vary]\nloom.tension = [1, 2]\n";
+  const auto expect = [&](const std::string& figure, const std::string& message) {
+    EXPECT_THAT(error_of(vary, '"' + figure + '"'),
+                HasSubstr("study.toml:4: collect = [ '" + figure + "' ]: \"" + figure + "\": " + message));
+  };
+  expect("weave.thicknes_m", "the summary has no \"thicknes_m\" in weave; the nearest keys are thickness_m, ");
+  expect("relax.energy_J.bar", "the summary has no \"bar\" in relax.energy_J; the nearest keys are bars, ");
+  expect("relax.energy_J",
+         "relax.energy_J is a table: give one of its keys bars, bending, contact, tension, platens, loads, sum after a dot");
+  expect("weave.reed_load_per_beat_N", "weave.reed_load_per_beat_N is a list: give an entry's number, or last, after a dot");
+  expect("weave.reed_load_per_beat_N.lst", "weave.reed_load_per_beat_N is a list: its entries are 0, 1, ... or last, not \"lst\"");
+  expect("weave.thickness_m.last", "weave.thickness_m is a figure by itself, without \".last\"");
+  expect("envelope.by_yarn.0.volume_m", "the summary has no \"volume_m\" in envelope.by_yarn.0; the nearest keys are volume_m3, ");
+  expect("homogenize.ex_GPa", "the summary has no \"ex_GPa\" in homogenize; the nearest keys are ex_Pa, ");
+  for (const std::string right :
+       {"weave.reed_load_per_beat_N.last", "weave.energy_J.bars", "weave.void_share_per_section.0", "relax.thickness_m", "relax.converged",
+        "relax.lean", "relax.yarn_width_weft_m", "envelope.volume_ratio", "envelope.by_yarn.0.volume_m3", "homogenize.ex_Pa",
+        "homogenize.stiffness_Pa.0.1", "homogenize.mesh_error", "homogenize.fiber.e1_Pa"})
+    EXPECT_THAT(error_of(vary, '"' + right + '"'), "no error") << right;
 }
 
 TEST_F(StudyTest, EveryMistakeGetsALine) {

@@ -12,6 +12,7 @@
 #include <sstream>
 #include <tuple>
 
+#include "heddle/summary_keys.hpp"
 #include "toml_table.hpp"
 
 namespace heddle {
@@ -379,8 +380,11 @@ std::vector<std::string> read_collect(TableReader& top) {
   std::set<std::string> seen;
   for (const std::string& key : collect) {
     const auto dot = key.find('.');
-    if (dot == std::string::npos || dot + 1 == key.size() || stage_index(key.substr(0, dot)) == static_cast<int>(stage_names().size()))
+    if (dot == std::string::npos || dot + 1 == key.size() || stage_index(key.substr(0, dot)) == static_cast<int>(stage_names().size())) {
       top.mistake("collect", fmt::format("\"{}\" must read STAGE.KEY with one of the stages {}", key, fmt::join(stage_names(), ", ")));
+    } else if (const std::string wrong = figure_mistake(key); !wrong.empty()) {
+      top.mistake("collect", fmt::format("\"{}\": {}", key, wrong));
+    }
     if (!seen.insert(key).second) top.mistake("collect", fmt::format("\"{}\" is there twice", key));
   }
   return collect;

@@ -79,8 +79,8 @@ const std::vector<std::string>& stage_names();
 ///     where = { case = "../../example_1" }
 ///
 /// A folder stands for the study.toml in it. Throws weave::CaseError with all mistakes found, one a line, "FILE:LINE: KEY = VALUE: what is
-/// wrong and the bound": unknown keys, empty grids, a key given twice, two runs alike, a figure of a stage after `until`, a case that does
-/// not exist or is wrong with the changes.
+/// wrong and the bound": unknown keys, empty grids, a key given twice, two runs alike, a figure of a stage after `until` or that no summary
+/// has, a case that does not exist or is wrong with the changes.
 Study read_study(const std::filesystem::path& file);
 
 /// What `heddle run` is called with for a run of the study, after the program: "run", the case, options. Output folder as given.
