@@ -1,9 +1,11 @@
 #include "weave/results.hpp"
 
+#include <cerrno>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 #include "hdf5_file.hpp"
@@ -177,10 +179,13 @@ void write_series(const std::filesystem::path& file, const std::vector<std::stri
 
 void write_text_file(const std::filesystem::path& file, const std::string& text) {
   {
+    errno = 0;
     std::ofstream out(part_of(file), std::ios::binary | std::ios::trunc);
     out << text;
     out.close();
-    if (!out) throw std::runtime_error(file.string() + ": cannot write " + part_of(file).string());
+    if (!out)
+      throw std::runtime_error(file.string() + ": cannot write " + part_of(file).string() +
+                               (errno == 0 ? "" : ": " + std::generic_category().message(errno)));
   }
   replace_by_part(file);
 }

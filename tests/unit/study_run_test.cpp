@@ -150,6 +150,46 @@ TEST_F(StudyRunTest, FailedRunStopsNoOther) {
   EXPECT_EQ(calls(), 3u);
 }
 
+TEST_F(StudyRunTest, EndOfARunSaysHowFarTheStudyIs) {
+  write_study("[vary]\nloom.tension = [13, 1, 2]\n");
+  options.quiet = false;
+  options.jobs = 1;
+  testing::internal::CaptureStderr();
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(study_command(options), 1);
+  testing::internal::GetCapturedStdout();
+  const std::string told = testing::internal::GetCapturedStderr();  // no terminal
+  EXPECT_THAT(told, testing::ContainsRegex("tension_13 failed after 0:0[0-9]; 1 of 3 done, about 0:0[0-9] left:\nfirst line\n"));
+  EXPECT_THAT(told, testing::ContainsRegex("tension_1 finished after 0:0[0-9]; 2 of 3 done, about 0:0[0-9] left\n"));
+  EXPECT_THAT(told, testing::ContainsRegex("tension_2 finished after 0:0[0-9]; 3 of 3 done\n"));
+  EXPECT_THAT(told, HasSubstr("--retry repeats the runs that failed\n"));
+}
+
+TEST_F(StudyRunTest, RunThatFindsTheDiskFullIsRepeatedByRetry) {
+  std::string program = fake_program;
+  const std::string before_results = "mkdir -p \"$out/weave\"\n";
+  // The limit lets a write fail in one run, and ends the other by its signal.
+  program.insert(program.find(before_results), R"(if [ -e "$here/full" ]; then
+  ulimit -f 16
+  mkdir -p "$out/weave"
+  [ "$tension" = 2 ] || trap '' XFSZ
+  exec dd if=/dev/zero of="$out/weave/results" bs=65536 count=1
+fi
+)");
+  write_program("program", program);
+  write_study("[vary]\nloom.tension = [1, 2]\n");
+  std::ofstream(folder / "full") << "";
+  EXPECT_EQ(study_command(options), 1);
+  for (const json& run : results()["runs"]) {
+    EXPECT_EQ(run["state"], "failed");
+    EXPECT_THAT(run["message"].get<std::string>(), HasSubstr("is full: make room, and --retry repeats the run."));
+  }
+  std::filesystem::remove(folder / "full");
+  options.retry = true;
+  EXPECT_EQ(study_command(options), 0);
+  EXPECT_EQ(calls(), 4u);
+}
+
 TEST_F(StudyRunTest, SignalStopsRunsWhichGoOnLater) {
   write_study("[vary]\nloom.tension = [1, 2, 3]\n");
   std::ofstream(folder / "slow") << "";

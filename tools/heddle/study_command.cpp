@@ -215,6 +215,8 @@ int study_command(const StudyOptions& options) {
     for (const RunTask& task : tasks) {
       if (task.record.state == RunState::failed) fmt::print(stderr, "{} failed: {}\n", task.run->name, task.record.message);
     }
+    if (std::any_of(tasks.begin(), tasks.end(), [](const RunTask& task) { return task.record.state == RunState::failed; }))
+      fmt::print(stderr, "--retry repeats the runs that failed\n");
   }
   if (!completed) return 130;
   if (static_cast<std::size_t>(finished) == tasks.size()) return 0;

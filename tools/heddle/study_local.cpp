@@ -8,6 +8,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstring>
@@ -164,6 +166,11 @@ bool start(const Study& study, RunTask& task, const LocalOptions& options, Proce
   return true;
 }
 
+bool tells_of_full_disk(const std::string& message) {
+  constexpr std::array<int, 3> errors = {ENOSPC, EDQUOT, EFBIG};
+  return std::any_of(errors.begin(), errors.end(), [&](int e) { return message.find(std::strerror(e)) != std::string::npos; });
+}
+
 /// Writes down how a process ended.
 void finish(const Study& study, const Process& process, int wait_status, const path& output, StudyProgress& progress) {
   RunTask& task = *process.task;
@@ -178,11 +185,11 @@ void finish(const Study& study, const Process& process, int wait_status, const p
     constexpr std::size_t lines = 5;
     record.message = last_lines(run_folder(output, *task.run) / "run.log", lines);
     record.message += (record.message.empty() ? "" : "\n") + ("(" + cause + ")");
+    if (record.status == 128 + SIGXFSZ || tells_of_full_disk(record.message))
+      record.message += "\nThe disk, or the share of it that the run may use, is full: make room, and --retry repeats the run.";
   }
   write_record(study, *task.run, output, record);
-  std::string text = fmt::format("{} {} after {}", task.run->name, name_of(record.state), duration_text(wall));
-  if (record.state == RunState::failed) text += ":\n" + record.message;
-  progress.say(text);
+  progress.ended(task, wall);
 }
 
 }  // namespace

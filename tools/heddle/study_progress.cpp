@@ -46,28 +46,39 @@ double StudyProgress::done_of(const RunTask& task) const {
   return task.cost * std::min(0.99, picks / (c.cells * c.picks_per_cell()));
 }
 
-void StudyProgress::show() {
-  if (quiet_ || !terminal_ || (shown_ != Clock::time_point() && seconds_since(shown_) < 1)) return;
-  shown_ = Clock::now();
+std::string StudyProgress::left() const {
   double total = 0, done = 0;
-  int over = 0, failed = 0;
-  std::string running;
   for (const RunTask& task : tasks_) {
     total += task.cost;
     done += done_of(task);
+  }
+  // Before anything is done here, the estimate itself, for threads that all help.
+  const double gone = seconds_since(start_), here = done - done_at_start_;
+  return fmt::format("about {} left", duration_text(here > 0 ? gone * (total - done) / here : (total - done) / std::max(1, jobs_)));
+}
+
+void StudyProgress::show() {
+  if (quiet_ || !terminal_ || (shown_ != Clock::time_point() && seconds_since(shown_) < 1)) return;
+  shown_ = Clock::now();
+  int over = 0, failed = 0;
+  std::string running;
+  for (const RunTask& task : tasks_) {
     over += is_over(task);
     failed += task.record.state == RunState::failed;
     if (task.record.state == RunState::running) running += (running.empty() ? "" : ", ") + task.run->name;
   }
   constexpr std::size_t longest = 50;
   if (running.size() > longest) running = running.substr(0, longest) + "...";
-  // Before anything is done here, the estimate itself, for threads that all help.
-  const double gone = seconds_since(start_), here = done - done_at_start_;
-  const double left = here > 0 ? gone * (total - done) / here : (total - done) / std::max(1, jobs_);
-  fmt::print(stderr, "\r\033[K{} of {} runs{}, {} gone, {}{} left: {}", over, tasks_.size(),
-             failed > 0 ? fmt::format(" ({} failed)", failed) : "", duration_text(gone), here > 0 ? "" : "about ", duration_text(left),
-             running);
+  fmt::print(stderr, "\r\033[K{} of {} runs{}, {} gone, {}: {}", over, tasks_.size(), failed > 0 ? fmt::format(" ({} failed)", failed) : "",
+             duration_text(seconds_since(start_)), left(), running);
   std::fflush(stderr);
+}
+
+void StudyProgress::ended(const RunTask& task, double wall) {
+  const auto over = std::count_if(tasks_.begin(), tasks_.end(), is_over);
+  const bool failed = task.record.state == RunState::failed;
+  say(fmt::format("{} {} after {}; {} of {} done{}{}", task.run->name, name_of(task.record.state), duration_text(wall), over, tasks_.size(),
+                  over < static_cast<std::ptrdiff_t>(tasks_.size()) ? ", " + left() : "", failed ? ":\n" + task.record.message : ""));
 }
 
 void StudyProgress::say(const std::string& text) {

@@ -18,8 +18,8 @@ struct RunTask {
   double disk = 0;    ///< estimated [bytes]
 };
 
-/// Shows how far a study is: a line that is written over on a terminal, else a line at each change. Time left is from the estimates,
-/// scaled by what the runs have taken so far.
+/// Shows how far a study is on standard error: a line when a run has ended, and on a terminal one that is written over. Time left is from
+/// the estimates, scaled by what the runs have taken so far.
 class StudyProgress {
  public:
   StudyProgress(const std::vector<RunTask>& tasks, std::filesystem::path output, int jobs, bool quiet);
@@ -29,6 +29,8 @@ class StudyProgress {
 
   /// Writes the line again, once a second at most.
   void show();
+  /// Says how a run ended, after how long in this attempt [s], and how far the study is.
+  void ended(const RunTask& task, double wall);
   /// A line that stays.
   void say(const std::string& text);
 
@@ -41,6 +43,7 @@ class StudyProgress {
   std::chrono::steady_clock::time_point start_, shown_;
 
   [[nodiscard]] double done_of(const RunTask& task) const;
+  [[nodiscard]] std::string left() const;  ///< "about 1:02 left"
 };
 
 /// "1:02:03" or "2:03".

@@ -133,8 +133,7 @@ class Cluster {
       const RunRecord now = read_record(study_, *task.run, options_.output);
       if (now.attempts > 0 && (now.state == RunState::finished || (now.state == RunState::failed && now.attempts > task.record.attempts))) {
         task.record = now;
-        progress_.say(fmt::format("{} {} after {}{}", task.run->name, name_of(now.state), duration_text(now.wall),
-                                  now.message.empty() ? "" : ":\n" + now.message));
+        progress_.ended(task, now.wall);
         on_end();
         continue;
       }
