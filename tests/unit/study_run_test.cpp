@@ -119,6 +119,43 @@ TEST_F(StudyRunTest, CollectsFiguresWithErrors) {
   EXPECT_THAT(page, HasSubstr("data:image/png;base64,iVBORw0KGgo"));  // a PNG file's first bytes
 }
 
+TEST_F(StudyRunTest, RunsWithoutRepetitionShowTheLargestError) {
+  write_study("[vary]\nloom.tension = [1, 2, 4]\n[error]\nset = { numerics.element_length = 1 }\nruns = [\"tension_2\"]\n");
+  const Study study = read_study(options.study_file);
+  std::vector<RunTask> tasks;
+  for (const StudyRun& run : study.runs) tasks.push_back({.run = &run, .record = {}});
+  ASSERT_EQ(tasks.size(), 4u);
+  const std::vector<StudyRow> rows = {
+      {&tasks[0], nullptr, {{0.01, {}}}}, {&tasks[1], &tasks[2], {{0.02, 0.003}}}, {&tasks[3], nullptr, {{0.04, {}}}}};
+  const auto plot = study_curve(study, rows, 0, 0);
+  ASSERT_TRUE(plot);
+  ASSERT_EQ(plot->series.size(), 3u);
+  const Series &others = plot->series[0], &points = plot->series[2];
+  EXPECT_EQ(others.label, "largest error of the repeated runs");
+  EXPECT_THAT(others.u, ElementsAre(1, 4));
+  EXPECT_THAT(others.v, ElementsAre(10, 40));  // mN
+  EXPECT_THAT(others.error, ElementsAre(testing::DoubleEq(3), testing::DoubleEq(3)));
+  EXPECT_THAT(points.u, ElementsAre(1, 2, 4));
+  EXPECT_THAT(points.error, ElementsAre(testing::IsNan(), testing::DoubleEq(3), testing::IsNan()));
+}
+
+TEST_F(StudyRunTest, ParametersThatChangeTogetherMakeOneCurve) {
+  write_study(
+      "[[run]]\nset = { loom.tension = \"1 N\", section.0.tension = \"2 N\" }\n[[run]]\nset = { loom.tension = \"3 N\", section.0.tension "
+      "= "
+      "\"4 N\" }\n");
+  const Study study = read_study(options.study_file);
+  std::vector<RunTask> tasks;
+  for (const StudyRun& run : study.runs) tasks.push_back({.run = &run, .record = {}});
+  const std::vector<StudyRow> rows = {{&tasks[0], nullptr, {{1, {}}}}, {&tasks[1], nullptr, {{2, {}}}}};
+  const auto plot = study_curve(study, rows, 0, 0);
+  ASSERT_TRUE(plot);
+  ASSERT_EQ(plot->series.size(), 2u);  // a line and its points
+  EXPECT_THAT(plot->series[0].u, ElementsAre(1, 3));
+  EXPECT_EQ(plot->series[0].label, "");
+  EXPECT_FALSE(study_curve(study, rows, 0, 1));
+}
+
 TEST_F(StudyRunTest, FinishedRunsAreKeptUnlessTheirCaseChanges) {
   write_study("[vary]\nloom.tension = [1, 2]\n");
   EXPECT_EQ(study_command(options), 0);

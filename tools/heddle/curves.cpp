@@ -72,8 +72,8 @@ void draw_reed_load(Curves& curves) {
   Plot plot = curves.plot("Reed load per unit cell", "reed load [" + force.name + "]");
   plot.from_zero = true;
   plot.series.push_back({"load", blue, curves.time, times(h.reed_load_N, force.factor)});
-  plot.series.push_back(
-      {"largest of each beat-up", red, times(h.beat_time_s, curves.time_unit.factor), times(h.reed_load_per_beat_N, force.factor), true});
+  plot.series.push_back({"largest of each beat-up", red, times(h.beat_time_s, curves.time_unit.factor),
+                         times(h.reed_load_per_beat_N, force.factor), Series::Style::circles});
   curves.draw("reed_load", {plot}, {760});
 }
 

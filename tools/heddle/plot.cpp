@@ -26,7 +26,7 @@ void draw_legend(Canvas& canvas, const std::vector<Series>& series, Point right_
     x -= canvas.text_width(s->label, style);
     canvas.text({x, right_center.y}, s->label, style);
     x -= 10 * unit;
-    if (s->markers)
+    if (s->style == Series::Style::circles)
       canvas.ellipse({x - 12 * unit, right_center.y}, 5 * unit, 5 * unit, 0, white, s->color, 2 * unit);
     else
       canvas.line({{x - 26 * unit, right_center.y}, {x, right_center.y}}, s->color, 3 * unit);
@@ -100,7 +100,7 @@ void draw_plot(Canvas& canvas, const Plot& plot, Point top_left, double width, d
     for (std::size_t i = 0; i < s.u.size(); ++i) {
       u_low = std::min(u_low, s.u[i]);
       u_high = std::max(u_high, s.u[i]);
-      const double error = s.error.empty() ? 0 : s.error[i];
+      const double error = s.error.empty() || std::isnan(s.error[i]) ? 0 : s.error[i];
       v_low = std::min(v_low, s.v[i] - error);
       v_high = std::max(v_high, s.v[i] + error);
     }
@@ -110,8 +110,10 @@ void draw_plot(Canvas& canvas, const Plot& plot, Point top_left, double width, d
   }
   if (!(u_high > u_low)) u_high = u_low + 1;
   if (!(v_high > v_low)) v_high = v_low + std::max(1e-9, std::abs(v_low));
-  frame.u_min = u_low;
-  frame.u_max = u_high;
+  const bool bars = std::any_of(plot.series.begin(), plot.series.end(), [](const Series& s) { return !s.error.empty(); });
+  const double beside = bars ? 0.03 * (u_high - u_low) : 0;  // so that the outermost bars stand free of the frame
+  frame.u_min = u_low - beside;
+  frame.u_max = u_high + beside;
   frame.v_min = v_low - (plot.from_zero ? 0 : 0.06 * (v_high - v_low));
   frame.v_max = v_high + 0.08 * (v_high - v_low);
 
@@ -125,13 +127,14 @@ void draw_plot(Canvas& canvas, const Plot& plot, Point top_left, double width, d
     std::vector<Point> points;
     for (std::size_t i = 0; i < s.u.size(); ++i) points.push_back(frame.at(s.u[i], s.v[i]));
     for (std::size_t i = 0; i < s.error.size(); ++i) {
+      if (std::isnan(s.error[i])) continue;
       const Point low = frame.at(s.u[i], s.v[i] - s.error[i]), high = frame.at(s.u[i], s.v[i] + s.error[i]);
       canvas.line({low, high}, s.color, 1.5 * unit);
       for (const Point& end : {low, high}) canvas.line({{end.x - 6 * unit, end.y}, {end.x + 6 * unit, end.y}}, s.color, 1.5 * unit);
     }
-    if (s.markers)
+    if (s.style == Series::Style::circles)
       for (const Point& p : points) canvas.ellipse(p, 5 * unit, 5 * unit, 0, white, s.color, 2 * unit);
-    else
+    else if (s.style == Series::Style::line)
       canvas.line(points, s.color, 2 * unit);
   }
   canvas.unclip();

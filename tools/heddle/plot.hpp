@@ -39,8 +39,8 @@ struct Series {
   std::string label;
   Color color;
   std::vector<double> u, v;
-  bool markers = false;            ///< circles at the points instead of a line through them
-  std::vector<double> error = {};  ///< half-lengths of bars along v at the points; empty: none
+  enum class Style { line, circles, bars } style = Style::line;  ///< through the points, at them, or nothing but their error bars
+  std::vector<double> error = {};  ///< half-lengths of bars along v at the points, NaN where one has none; empty: none
 };
 
 struct Plot {

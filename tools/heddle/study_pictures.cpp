@@ -98,11 +98,20 @@ std::optional<std::pair<std::vector<double>, std::string>> axis_of(const std::ve
   return std::pair(values, unit);
 }
 
-/// What a row has beside one parameter: the name of the curve it belongs to.
-std::string rest_of(const Study& study, const StudyRow& row, std::size_t parameter) {
+/// Whether two parameters are axes that change together: each value of the one comes with one value of the other.
+bool change_together(const std::vector<StudyRow>& rows, std::size_t a, std::size_t b) {
+  std::map<std::string, std::string> of_a, of_b;
+  return axis_of(rows, a) && axis_of(rows, b) && std::all_of(rows.begin(), rows.end(), [&](const StudyRow& row) {
+           const std::string &value_a = row.task->run->parameters[a], &value_b = row.task->run->parameters[b];
+           return of_a.emplace(value_a, value_b).first->second == value_b && of_b.emplace(value_b, value_a).first->second == value_a;
+         });
+}
+
+/// What a row has beside one parameter and those that change with it: the name of the curve it belongs to.
+std::string rest_of(const Study& study, const std::vector<StudyRow>& rows, const StudyRow& row, std::size_t parameter) {
   std::string text;
   for (std::size_t i = 0; i < study.parameters.size(); ++i) {
-    if (i == parameter || row.task->run->parameters[i].empty()) continue;
+    if (row.task->run->parameters[i].empty() || change_together(rows, i, parameter)) continue;
     const std::string value = row.task->run->parameters[i];
     text +=
         (text.empty() ? "" : ", ") + (study.parameters[i] == "case" ? value : with_spaces(last_part(study.parameters[i])) + " " + value);
@@ -117,18 +126,20 @@ bool applies(const Study& study, const Reference& reference, const StudyRow& row
   });
 }
 
+constexpr const char* largest_error = "largest error of the repeated runs";
+
 bool has_number(const StudyRow& row, std::size_t figure) {
   return row.figures[figure].value.is_number();
 }
 
-void draw_curve(const Study& study, const std::vector<StudyRow>& rows, std::size_t figure, std::size_t parameter,
-                const std::vector<double>& u, const std::string& unit, const path& file) {
+Plot curve(const Study& study, const std::vector<StudyRow>& rows, std::size_t figure, std::size_t parameter, const std::vector<double>& u,
+           const std::string& unit) {
   const Scaled scale = scaled(study, rows, figure);
   std::map<std::string, std::vector<std::size_t>> groups;
   std::vector<std::string> order;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!has_number(rows[i], figure)) continue;
-    const std::string rest = rest_of(study, rows[i], parameter);
+    const std::string rest = rest_of(study, rows, rows[i], parameter);
     if (!groups.contains(rest)) order.push_back(rest);
     groups[rest].push_back(i);
   }
@@ -137,27 +148,31 @@ void draw_curve(const Study& study, const std::vector<StudyRow>& rows, std::size
   plot.title = study.title;
   plot.u_label = unit.empty() ? name : fmt::format("{} [{}]", name, unit);
   plot.v_label = scale.label;
+  const auto spread = spread_of(rows, figure);
+  Series others{.label = largest_error, .color = faint_ink, .u = {}, .v = {}, .style = Series::Style::bars};
   for (std::size_t g = 0; g < order.size(); ++g) {
     std::vector<std::size_t>& members = groups[order[g]];
     std::sort(members.begin(), members.end(), [&](std::size_t a, std::size_t b) { return u[a] < u[b]; });
     Series line{.label = order[g], .color = yarn_color(static_cast<int>(g), g % 2 == 0), .u = {}, .v = {}};
     Series points = line;
     points.label.clear();
-    points.markers = true;
-    bool errors = true;
+    points.style = Series::Style::circles;
     for (const std::size_t i : members) {
       const Figure& f = rows[i].figures[figure];
       line.u.push_back(u[i]);
       line.v.push_back(scale.factor * f.value.get<double>());
-      points.error.push_back(scale.factor * f.error.value_or(0));
-      errors = errors && f.error;
+      points.error.push_back(f.error ? scale.factor * *f.error : NAN);
+      if (f.error || !spread || !spread->error) continue;
+      others.u.push_back(u[i]);
+      others.v.push_back(line.v.back());
+      others.error.push_back(scale.factor * *spread->error);
     }
     points.u = line.u;
     points.v = line.v;
-    if (!errors) points.error.clear();
     plot.series.push_back(std::move(line));
     plot.series.push_back(std::move(points));
   }
+  if (!others.u.empty()) plot.series.insert(plot.series.begin(), std::move(others));
   for (const Reference& r : study.references) {
     if (r.key != study.collect[figure]) continue;
     Series line{.label = r.source, .color = faint_ink, .u = {}, .v = {}};
@@ -169,18 +184,18 @@ void draw_curve(const Study& study, const std::vector<StudyRow>& rows, std::size
     std::sort(line.u.begin(), line.u.end());
     if (!line.u.empty()) plot.series.push_back(std::move(line));
   }
-  constexpr int height_px = 760;
-  Canvas canvas(file, width_px, height_px);
-  draw_plot(canvas, plot, {0, 0}, width_px, height_px, 1.3);
-  canvas.finish();
+  return plot;
 }
 
-/// One line for each run: its name, its figure with the error, and the reference as a gray mark.
+/// One line for each run: its name, its figure with the error (in gray the study's largest, for a run without one of its own), and the
+/// reference as a gray mark.
 void draw_run_by_run(const Study& study, const std::vector<StudyRow>& rows, std::size_t figure, const path& file) {
   constexpr double row_height = 46, top = 80, bottom = 90, edge = 40, letters = 20;
   const Scaled scale = scaled(study, rows, figure);
   const auto height_px = static_cast<int>(top + bottom + row_height * static_cast<double>(rows.size()));
   Canvas canvas(file, width_px, height_px);
+  const auto spread = spread_of(rows, figure);
+  const auto error_shown = [&](const Figure& f) { return f.error || !spread ? f.error : spread->error; };
   double low = INFINITY, high = -INFINITY, widest = 0;
   const auto include = [&](double value, double error) {
     low = std::min(low, scale.factor * (value - error));
@@ -188,7 +203,7 @@ void draw_run_by_run(const Study& study, const std::vector<StudyRow>& rows, std:
   };
   for (const StudyRow& row : rows) {
     widest = std::max(widest, canvas.text_width(row.task->run->name, {letters, ink}));
-    if (has_number(row, figure)) include(row.figures[figure].value.get<double>(), row.figures[figure].error.value_or(0));
+    if (has_number(row, figure)) include(row.figures[figure].value.get<double>(), error_shown(row.figures[figure]).value_or(0));
     for (const Reference& r : study.references) {
       if (r.key == study.collect[figure] && applies(study, r, row)) include(r.value, r.tolerance);
     }
@@ -211,6 +226,7 @@ void draw_run_by_run(const Study& study, const std::vector<StudyRow>& rows, std:
   }
   canvas.frame(frame.top_left, frame.width, frame.height, ink, 1.2);
   canvas.text({frame.top_left.x + frame.width / 2, frame.bottom() + 48}, scale.label, {letters, ink}, {0.5, 0});
+  bool lent = false;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const double v = static_cast<double>(rows.size() - i) - 0.5;
     const auto at = [&](double value) { return frame.at(scale.factor * value, v); };
@@ -225,17 +241,28 @@ void draw_run_by_run(const Study& study, const std::vector<StudyRow>& rows, std:
     if (!f.value.is_number()) continue;
     const double value = f.value.get<double>();
     const Color color = yarn_color(0, true);
-    if (f.error) {
-      const Point from = at(value - *f.error), to = at(value + *f.error);
-      canvas.line({from, to}, color, 2);
-      for (const Point& end : {from, to}) canvas.line({{end.x, end.y - 8}, {end.x, end.y + 8}}, color, 2);
+    if (const auto error = error_shown(f)) {
+      const Color bar = f.error ? color : faint_ink;
+      const Point from = at(value - *error), to = at(value + *error);
+      canvas.line({from, to}, bar, 2);
+      for (const Point& end : {from, to}) canvas.line({{end.x, end.y - 8}, {end.x, end.y + 8}}, bar, 2);
+      lent = lent || !f.error;
     }
     canvas.ellipse(at(value), 7, 7, 0, white, color, 3);
   }
+  if (lent) canvas.text({frame.right(), 34}, fmt::format("gray bars: {}", largest_error), {18, faint_ink}, {1, 0});
   canvas.finish();
 }
 
 }  // namespace
+
+std::optional<Plot> study_curve(const Study& study, const std::vector<StudyRow>& rows, std::size_t figure, std::size_t parameter) {
+  for (std::size_t before = 0; before < parameter; ++before) {
+    if (change_together(rows, before, parameter)) return {};
+  }
+  const auto axis = axis_of(rows, parameter);
+  return axis ? std::optional(curve(study, rows, figure, parameter, axis->first, axis->second)) : std::nullopt;
+}
 
 std::vector<path> draw_study(const Study& study, const std::vector<StudyRow>& rows, const path& output, const path& folder) {
   std::filesystem::create_directories(folder);
@@ -244,10 +271,13 @@ std::vector<path> draw_study(const Study& study, const std::vector<StudyRow>& ro
     if (std::none_of(rows.begin(), rows.end(), [&](const StudyRow& row) { return has_number(row, figure); })) continue;
     bool drawn = false;
     for (std::size_t parameter = 0; parameter < study.parameters.size(); ++parameter) {
-      const auto axis = axis_of(rows, parameter);
-      if (!axis) continue;
+      const auto plot = study_curve(study, rows, figure, parameter);
+      if (!plot) continue;
       files.push_back(folder / fmt::format("{}_by_{}.png", file_part(study.collect[figure]), file_part(study.parameters[parameter])));
-      draw_curve(study, rows, figure, parameter, axis->first, axis->second, files.back());
+      constexpr int height_px = 760;
+      Canvas canvas(files.back(), width_px, height_px);
+      draw_plot(canvas, *plot, {0, 0}, width_px, height_px, 1.3);
+      canvas.finish();
       drawn = true;
     }
     if (drawn) continue;

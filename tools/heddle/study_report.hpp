@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "heddle/plot.hpp"
 #include "heddle/study.hpp"
 #include "heddle/study_progress.hpp"
 
@@ -41,6 +42,11 @@ std::optional<Spread> spread_of(const std::vector<StudyRow>& rows, std::size_t f
 /// and how its runs ended. Figures in SI units, the unit at the end of their names.
 std::string study_csv(const Study& study, const std::vector<StudyRow>& rows);
 std::string study_json(const Study& study, const std::vector<StudyRow>& rows);
+
+/// A figure against a parameter: a curve for each set of the other parameters, with the runs' error bars; where others were repeated, a run
+/// that was not gets the largest error of those that were. None for a parameter that is no number of one unit, does not differ from run to
+/// run, or changes together with an earlier one.
+std::optional<Plot> study_curve(const Study& study, const std::vector<StudyRow>& rows, std::size_t figure, std::size_t parameter);
 
 /// Draws into the folder: each figure against each parameter that is a number, with error bars, else run by run; and the same sections of
 /// all unit cells side by side. Returns the files.
