@@ -291,6 +291,18 @@ TEST_F(StudyRunTest, AnotherStudysFolderIsRefused) {
   EXPECT_EQ(calls(), 0u);
 }
 
+TEST_F(StudyRunTest, CellInWhichAWarpBeginsIsDrawnToo) {
+  write_study("[vary]\nloom.tension = [1, 2]\n");
+  EXPECT_EQ(study_command(options), 0);
+  weave::Snapshot cell = weave::make_synthetic_cloth({});
+  cell.cell_length *= 2;
+  cell.x_min *= 2;
+  weave::write_results(options.output / "runs/tension_1/weave/cell.vtkhdf",
+                       {.snapshot = cell, .history = {}, .case_toml = "", .version = ""});
+  EXPECT_EQ(study_command(options), 0);
+  EXPECT_TRUE(std::filesystem::exists(options.output / "pictures/weave_top.png"));
+}
+
 TEST_F(StudyRunTest, CellsAreDrawnSideBySide) {
   write_study("[vary]\nloom.tension = [1, 2]\n");
   EXPECT_EQ(study_command(options), 0);
@@ -300,6 +312,7 @@ TEST_F(StudyRunTest, CellsAreDrawnSideBySide) {
   EXPECT_EQ(study_command(options), 0);
   EXPECT_TRUE(std::filesystem::exists(options.output / "pictures/weave_section_x.png"));
   EXPECT_TRUE(std::filesystem::exists(options.output / "pictures/weave_section_y.png"));
+  EXPECT_TRUE(std::filesystem::exists(options.output / "pictures/weave_top.png"));
 }
 
 TEST(StudyLog, LastLinesAreOfTheLastAttempt) {

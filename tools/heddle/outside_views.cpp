@@ -1,9 +1,12 @@
 #include "heddle/outside_views.hpp"
 
 #include <cmath>
+#include <stdexcept>
 #include <vector>
 
 #include "heddle/tubes.hpp"
+#include "weave/measures.hpp"
+#include "weave/results.hpp"
 
 namespace heddle {
 namespace {
@@ -61,6 +64,24 @@ Range heights(const Scene& scene, Range x) {
   return {z.low - margin, z.high + margin};
 }
 
+/// The fibers with all of their images that a page of up to two periods shows.
+Image render_from_above(const Scene& scene, const Page& page) {
+  const Snapshot& s = scene.snapshot;
+  std::vector<Tube> tubes;
+  for (const int i : s.cell_length > 0 ? std::vector<int>{-1, 0, 1, 2} : std::vector<int>{0})
+    for (const int j : {-1, 0, 1, 2}) add_tubes(scene, ViewFrom::above, Vec3(i * s.cell_length, j * s.cell_width, 0), tubes);
+  return render(page, tubes);
+}
+
+/// None for a cell that some yarn does not pass whole, as the first one of a cloth, in which warps begin.
+std::vector<weave::YarnPath> paths_of(const Snapshot& cell) {
+  try {
+    return weave::yarn_paths(cell);
+  } catch (const std::invalid_argument&) {
+    return {};
+  }
+}
+
 }  // namespace
 
 void draw_side_view(const Scene& scene, const std::filesystem::path& file, const std::string& title) {
@@ -82,10 +103,7 @@ void draw_top_view(const Scene& scene, const std::filesystem::path& file) {
   const double y = weft_start(scene);
   const Page page = lay_out(scene, {cell.low, cell.high + s.cell_length}, {y, y + 2 * s.cell_width});
   const Frame& frame = page.frame;
-  std::vector<Tube> tubes;
-  for (const int i : s.cell_length > 0 ? std::vector<int>{-1, 0, 1, 2} : std::vector<int>{0})
-    for (const int j : {-1, 0, 1, 2}) add_tubes(scene, ViewFrom::above, Vec3(i * s.cell_length, j * s.cell_width, 0), tubes);
-  const Image image = render(page, tubes);
+  const Image image = render_from_above(scene, page);
 
   Canvas canvas(file, scene.width_px, page.height_px);
   canvas.image(image, frame.top_left, frame.width, frame.height, 0.45);
@@ -95,6 +113,42 @@ void draw_top_view(const Scene& scene, const std::filesystem::path& file) {
   canvas.image(image, frame.top_left, frame.width, frame.height);
   canvas.unclip();
   draw_surroundings(canvas, scene, page, "View from above, one period and its repeats", "x, warp direction [mm]", "y, weft direction [mm]");
+  canvas.finish();
+}
+
+void draw_top_panels(const std::vector<CellPanel>& panels, const std::string& title, const std::filesystem::path& file) {
+  std::vector<Scene> scenes;
+  double length = 0, width = 0;
+  for (const CellPanel& panel : panels) {
+    scenes.push_back(make_scene(weave::read_results(panel.results)));
+    length = std::max(length, scenes.back().snapshot.cell_length);
+    width = std::max(width, scenes.back().snapshot.cell_width);
+  }
+  const PanelGrid grid = lay_out_panels(panels.size(), length, width);
+  Canvas canvas(file, grid.width_px, grid.height_px);
+  grid.draw_heading(canvas, title, "From above, a period of each: warps to the right, wefts upwards with their middle lines");
+  for (int i = 0; i < grid.count; ++i) {
+    const Scene& scene = scenes[static_cast<std::size_t>(i)];
+    const Snapshot& s = scene.snapshot;
+    const double y = weft_start(scene);
+    const Page page =
+        grid.begin_panel(canvas, i, panels[static_cast<std::size_t>(i)].label, {s.x_min, s.x_min + s.cell_length}, {y, y + s.cell_width});
+    const Frame& frame = page.frame;
+    canvas.image(render_from_above(scene, page), frame.top_left, frame.width, frame.height);
+    canvas.clip(frame.top_left, frame.width, frame.height);
+    for (const weave::YarnPath& path : paths_of(s)) {
+      for (int image = -1; path.weft && image <= 1; ++image) {
+        std::vector<Point> line;
+        for (const int period : {-1, 0, 1})
+          for (const weave::YarnStation& station : path.stations)
+            line.push_back(frame.at((station.across + image * s.cell_length) * mm, (station.along + period * s.cell_width) * mm));
+        canvas.line(line, ink, 2);
+      }
+    }
+    canvas.unclip();
+    canvas.frame(frame.top_left, frame.width, frame.height, ink, 1.2);
+  }
+  grid.draw_scale(canvas);
   canvas.finish();
 }
 

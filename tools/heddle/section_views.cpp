@@ -351,11 +351,10 @@ void draw_section_with_lines(const weave::ResultsFile& results, SectionAxis axis
   draw_section(scene, {axis, value, "with the yarns' surfaces"}, file, &lines);
 }
 
-void draw_section_panels(const std::vector<SectionPanel>& panels, SectionAxis axis, const std::string& title,
+void draw_section_panels(const std::vector<CellPanel>& panels, SectionAxis axis, const std::string& title,
                          const std::filesystem::path& file) {
-  constexpr int width_px = 1600;
   struct Panel {
-    std::string label, meaning;
+    std::string meaning;
     weave::ResultsFile results;
     std::optional<Scene> scene;
     Cut cut;
@@ -364,7 +363,6 @@ void draw_section_panels(const std::vector<SectionPanel>& panels, SectionAxis ax
   double u_length = 0, z_length = 0;
   for (std::size_t i = 0; i < panels.size(); ++i) {
     Panel& panel = cuts[i];
-    panel.label = panels[i].label;
     panel.results = weave::read_results(panels[i].results);
     panel.scene.emplace(make_scene(panel.results));
     const std::vector<SectionPlane> planes = section_planes(*panel.scene);
@@ -375,35 +373,18 @@ void draw_section_panels(const std::vector<SectionPanel>& panels, SectionAxis ax
     u_length = std::max(u_length, panel.cut.u.length());
     z_length = std::max(z_length, panel.cut.z.length());
   }
-  // As many columns as keep a panel about as high as four lines of text.
-  const double aspect = u_length / z_length;
-  const auto count = static_cast<int>(panels.size());
-  const int columns = std::clamp(static_cast<int>(std::floor(9 / aspect)), 1, std::min(count, 6)), rows = (count + columns - 1) / columns;
-  constexpr double edge = 40, gap = 30, top = 92, label_height = 34, bottom = 60;
-  Page page;
-  const double width = (width_px - 2 * edge - (columns - 1) * gap) / columns;
-  page.scale = width / u_length;
-  const double height = page.scale * z_length;
-  page.height_px = static_cast<int>(std::ceil(top + rows * (label_height + height) + (rows - 1) * gap + bottom));
-  Canvas canvas(file, width_px, page.height_px);
-  canvas.text({edge, 30}, title, {.size = 21, .color = ink, .bold = true});
-  canvas.text({edge, 58},
-              (axis == SectionAxis::x ? "Section normal to the warp direction, " : "Section normal to the weft direction, ") +
-                  cuts.front().meaning + "; one scale for all",
-              {15, faint_ink});
-  for (int i = 0; i < count; ++i) {
+  const PanelGrid grid = lay_out_panels(panels.size(), u_length, z_length);
+  Canvas canvas(file, grid.width_px, grid.height_px);
+  grid.draw_heading(canvas, title,
+                    (axis == SectionAxis::x ? "Section normal to the warp direction, " : "Section normal to the weft direction, ") +
+                        cuts.front().meaning);
+  for (int i = 0; i < grid.count; ++i) {
     const Panel& panel = cuts[static_cast<std::size_t>(i)];
-    const Point corner{edge + i % columns * (width + gap), top + i / columns * (label_height + height + gap)};
-    const double middle = (panel.cut.z.low + panel.cut.z.high) / 2;
-    page.frame = {
-        {corner.x, corner.y + label_height}, page.scale * panel.cut.u.length(), height, panel.cut.u.low * mm, panel.cut.u.high * mm,
-        (middle - z_length / 2) * mm,        (middle + z_length / 2) * mm};
-    canvas.text({corner.x, corner.y + label_height / 2}, panel.label, {17, ink});
+    const Page page = grid.begin_panel(canvas, i, panels[static_cast<std::size_t>(i)].label, panel.cut.u, panel.cut.z);
     draw_cut(canvas, *panel.scene, page, panel.cut);
     canvas.frame(page.frame.top_left, page.frame.width, page.frame.height, ink, 1.2);
   }
-  page.frame = {{edge, 0}, width_px - 2 * edge, page.height_px - bottom, 0, 1, 0, 1};
-  draw_scale_bar(canvas, page, 1);
+  grid.draw_scale(canvas);
   canvas.finish();
 }
 

@@ -37,15 +37,9 @@ void draw_section(const Scene& scene, const SectionPlane& plane, const std::file
 void draw_section_with_lines(const weave::ResultsFile& results, weave::SectionAxis axis, double value, const std::vector<YarnLines>& lines,
                              const std::filesystem::path& file);
 
-/// A cell among others in one picture.
-struct SectionPanel {
-  std::filesystem::path results;  ///< results file of a unit cell
-  std::string label;
-};
-
 /// Draws the same section of several cells side by side, all at one scale: through the last weft column if normal to x, along the warps of
 /// the first section if normal to y. Throws std::runtime_error naming the file that can not be read or written.
-void draw_section_panels(const std::vector<SectionPanel>& panels, weave::SectionAxis axis, const std::string& title,
+void draw_section_panels(const std::vector<CellPanel>& panels, weave::SectionAxis axis, const std::string& title,
                          const std::filesystem::path& file);
 
 /// One of several states of a cell that are drawn over one another.

@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "heddle/outside_views.hpp"
 #include "heddle/picture.hpp"
 #include "heddle/plot.hpp"
 #include "heddle/section_views.hpp"
@@ -286,7 +287,7 @@ std::vector<path> draw_study(const Study& study, const std::vector<StudyRow>& ro
   }
   const std::pair<std::string, std::string> cells[] = {{"weave", "cell.vtkhdf"}, {"relax", "relax.vtkhdf"}};
   for (const auto& [stage, name] : cells) {
-    std::vector<SectionPanel> panels;
+    std::vector<CellPanel> panels;
     for (const StudyRow& row : rows) {
       const path file = run_folder(output, *row.task->run) / stage / name;
       if (row.task->record.state == RunState::finished && std::filesystem::exists(file)) panels.push_back({file, row.task->run->name});
@@ -297,6 +298,8 @@ std::vector<path> draw_study(const Study& study, const std::vector<StudyRow>& ro
       files.push_back(folder / fmt::format("{}_section_{}.png", stage, axis == weave::SectionAxis::x ? "x" : "y"));
       draw_section_panels(panels, axis, title, files.back());
     }
+    files.push_back(folder / fmt::format("{}_top.png", stage));
+    draw_top_panels(panels, title, files.back());
   }
   return files;
 }

@@ -49,7 +49,7 @@ std::string study_json(const Study& study, const std::vector<StudyRow>& rows);
 std::optional<Plot> study_curve(const Study& study, const std::vector<StudyRow>& rows, std::size_t figure, std::size_t parameter);
 
 /// Draws into the folder: each figure against each parameter that is a number, with error bars, else run by run; and the same sections of
-/// all unit cells side by side. Returns the files.
+/// all unit cells, and these from above, side by side. Returns the files.
 std::vector<std::filesystem::path> draw_study(const Study& study, const std::vector<StudyRow>& rows, const std::filesystem::path& output,
                                               const std::filesystem::path& folder);
 

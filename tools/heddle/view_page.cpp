@@ -138,4 +138,48 @@ void draw_surroundings(Canvas& canvas, const Scene& scene, const Page& page, con
     draw_yarn_legend(canvas, page.frame, unit);
 }
 
+namespace {
+
+constexpr double panel_edge = 40, panel_gap = 30, panel_top = 92, panel_label = 34, panel_bottom = 60;  // [px]
+
+}  // namespace
+
+PanelGrid lay_out_panels(std::size_t count, double u_length, double v_length) {
+  PanelGrid grid;
+  grid.width_px = 1600;
+  grid.count = static_cast<int>(count);
+  const double aspect = u_length / v_length;
+  grid.columns = std::clamp(static_cast<int>(std::floor(9 / aspect)), 1, std::min(grid.count, 6));
+  const int rows = (grid.count + grid.columns - 1) / grid.columns;
+  grid.width = (grid.width_px - 2 * panel_edge - (grid.columns - 1) * panel_gap) / grid.columns;
+  grid.scale = grid.width / u_length;
+  grid.height = grid.scale * v_length;
+  grid.height_px = static_cast<int>(std::ceil(panel_top + rows * (panel_label + grid.height) + (rows - 1) * panel_gap + panel_bottom));
+  return grid;
+}
+
+void PanelGrid::draw_heading(Canvas& canvas, const std::string& title, const std::string& subtitle) const {
+  canvas.text({panel_edge, 30}, title, {.size = 21, .color = ink, .bold = true});
+  canvas.text({panel_edge, 58}, subtitle + "; one scale for all", {15, faint_ink});
+}
+
+Page PanelGrid::begin_panel(Canvas& canvas, int panel, const std::string& label, Range u, Range v) const {
+  const Point corner{panel_edge + panel % columns * (width + panel_gap), panel_top + panel / columns * (panel_label + height + panel_gap)};
+  const double middle = (v.low + v.high) / 2, half = 0.5 * height / scale;
+  canvas.text({corner.x, corner.y + panel_label / 2}, label, {17, ink});
+  Page page;
+  page.height_px = height_px;
+  page.scale = scale;
+  page.frame = {
+      {corner.x, corner.y + panel_label}, scale * u.length(), height, u.low * mm, u.high * mm, (middle - half) * mm, (middle + half) * mm};
+  return page;
+}
+
+void PanelGrid::draw_scale(Canvas& canvas) const {
+  Page page;
+  page.scale = scale;
+  page.frame = {{panel_edge, 0}, width_px - 2 * panel_edge, height_px - panel_bottom, 0, 1, 0, 1};
+  draw_scale_bar(canvas, page, 1);
+}
+
 }  // namespace heddle

@@ -74,4 +74,25 @@ void draw_scale_bar(Canvas& canvas, const Page& page, double unit);
 void draw_surroundings(Canvas& canvas, const Scene& scene, const Page& page, const std::string& title, const std::string& u_label,
                        const std::string& v_label);
 
+/// A cell among others in one picture.
+struct CellPanel {
+  std::filesystem::path results;  ///< results file of a unit cell
+  std::string label;
+};
+
+/// Panels at one scale in rows and columns on a page with a heading, each with its label above it, and a scale bar below all.
+struct PanelGrid {
+  int count = 0, columns = 1;
+  double width = 0, height = 0;  ///< of a panel [px]
+  double scale = 0;              ///< [px/m]
+  int width_px = 0, height_px = 0;
+
+  void draw_heading(Canvas& canvas, const std::string& title, const std::string& subtitle) const;
+  /// Writes a panel's label; returns the panel's frame for the ranges [m], v in its middle.
+  Page begin_panel(Canvas& canvas, int panel, const std::string& label, Range u, Range v) const;
+  void draw_scale(Canvas& canvas) const;
+};
+/// As many columns as keep a panel of the given lengths [m] about as high as four lines of text.
+PanelGrid lay_out_panels(std::size_t count, double u_length, double v_length);
+
 }  // namespace heddle
