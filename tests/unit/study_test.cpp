@@ -1,12 +1,16 @@
 #include "heddle/study.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <charconv>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <set>
+#include <sstream>
 
 #include "heddle/study_command.hpp"
 #include "scenes/own_folder.hpp"
@@ -188,23 +192,95 @@ TEST_F(StudyTest, EveryMistakeGetsALine) {
   EXPECT_THAT(error, HasSubstr("vary.loom.tension"));
 }
 
+std::string text_of(const path& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
 TEST(ShippedStudies, AreReadAndTellTheirQuestion) {
+  const std::string index = text_of(path(HEDDLE_CASES_DIR) / "studies/README.md");
   std::set<std::string> found;
   for (const auto& entry : std::filesystem::directory_iterator(path(HEDDLE_CASES_DIR) / "studies")) {
+    if (!entry.is_directory()) continue;
     const Study study = read_study(entry.path());
     found.insert(study.name);
     EXPECT_EQ(study.name, entry.path().filename().string());
     EXPECT_GE(study.runs.size(), 4u) << study.name;
     EXPECT_EQ(study.question.back(), '?') << study.name;
     EXPECT_FALSE(study.second.empty()) << study.name << " has no error bars";
-    std::ifstream readme(entry.path() / "README.md");
-    const std::string text{std::istreambuf_iterator<char>(readme), {}};
+    const std::string text = text_of(entry.path() / "README.md");
     EXPECT_THAT(text, HasSubstr(study.question));
+    EXPECT_THAT(index, HasSubstr("| [" + study.name + "](" + study.name + ") |"));
+    EXPECT_THAT(index, HasSubstr(study.question));
     EXPECT_THAT(text, HasSubstr("heddle study cases/studies/" + study.name));
   }
   EXPECT_THAT(found, testing::IsSupersetOf({"reed_load_fibers", "reed_load_take_up", "reed_load_flags", "reed_load_loom_length",
                                             "reed_load_speed", "geometry_tension", "geometry_friction", "geometry_beat_up",
                                             "stress_tension", "stress_friction", "stress_speed", "minima", "plain_weaves"}));
+}
+
+TEST_F(StudyTest, ExampleOfTheIndexIsReadable) {
+  const std::string index = text_of(path(HEDDLE_CASES_DIR) / "studies/README.md"), fence = "```toml\n";
+  const auto from = index.find(fence) + fence.size();
+  std::string text = index.substr(from, index.find("```", from) - from);
+  const std::string shipped = "../../kevlar_km2_706";
+  text.replace(text.find(shipped), shipped.size(), kevlar.string());
+  std::ofstream(folder / "study.toml") << text;
+  const Study study = read_study(folder);
+  EXPECT_EQ(study.runs.size(), 6u);
+  EXPECT_EQ(study.runs.back().name, "slow_second");
+  EXPECT_EQ(study.references.size(), 1u);
+}
+
+std::vector<std::string> cells_of(const std::string& line) {
+  std::vector<std::string> cells;
+  std::istringstream in(line);
+  for (std::string cell; std::getline(in, cell, '|');) {
+    const auto first = cell.find_first_not_of(" `"), last = cell.find_last_not_of(" `");
+    cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
+  }
+  return cells;
+}
+
+/// Words of a resolved case, numbers to four digits.
+std::vector<std::string> words_of(const weave::Case& c) {
+  std::vector<std::string> words;
+  std::istringstream in(weave::to_toml(c));
+  for (std::string word; in >> word;) {
+    double number = 0;
+    const auto [end, status] = std::from_chars(word.data(), word.data() + word.size(), number);
+    words.push_back(status == std::errc() && end == word.data() + word.size() ? fmt::format("{:.4g}", number) : word);
+  }
+  return words;
+}
+
+TEST(ShippedStudies, IndexTellsTheInputsOfTheCases) {
+  std::istringstream index(text_of(path(HEDDLE_CASES_DIR) / "studies/README.md"));
+  std::vector<std::string> heading;
+  int values = 0;
+  for (std::string line; std::getline(index, line);) {
+    const std::vector<std::string> cells = cells_of(line);
+    if (cells.size() > 2 && cells[1] == "input") heading = cells;
+    if (heading.empty() || cells.size() != heading.size() || cells[2].find('.') == std::string::npos) continue;
+    for (std::size_t i = 3; i + 1 < cells.size(); ++i) {
+      if (cells[i] == "-") continue;
+      const path file = path(HEDDLE_CASES_DIR) / heading[i];
+      const weave::Case spec = weave::load_case(file);
+      std::vector<std::string> keys;
+      if (cells[2].starts_with("yarns.*.")) {
+        for (const auto& [name, yarn] : spec.yarns) keys.push_back("yarns." + name + cells[2].substr(7));
+      } else {
+        keys.push_back(cells[2]);
+      }
+      for (const std::string& key : keys) {
+        const bool is_number = cells[i].find(' ') == std::string::npos;
+        const std::string value = is_number ? cells[i] : '"' + cells[i] + '"';
+        EXPECT_EQ(words_of(weave::load_case(file, {key + "=" + value})), words_of(spec)) << heading[i] << ": " << key << " = " << value;
+        ++values;
+      }
+    }
+  }
+  EXPECT_GT(values, 30);
 }
 
 TEST(ShareMachine, ProcessesComeFirstAndFitIntoMemory) {
