@@ -20,4 +20,8 @@ struct KillCount {
 /// disturbed. Throws std::runtime_error if the program can not be run.
 KillCount kill_and_resume(const std::filesystem::path& program, const std::filesystem::path& folder, std::uint64_t seed, int kills);
 
+/// The same of `heddle study` with three such weaves: each second time the runs are killed with it. A study that comes to its end must have
+/// the figures and the results files of one that was not disturbed. `files` is not counted.
+KillCount kill_and_resume_study(const std::filesystem::path& program, const std::filesystem::path& folder, std::uint64_t seed, int kills);
+
 }  // namespace stress
