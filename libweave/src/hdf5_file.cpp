@@ -60,8 +60,8 @@ std::string cause_of_error() {
   return cause;
 }
 
-[[noreturn]] void fail(const std::filesystem::path& file, const std::string& path, const std::string& what) {
-  const std::string cause = cause_of_error();
+[[noreturn]] void fail(const std::filesystem::path& file, const std::string& path, const std::string& what,
+                       const std::string& cause = cause_of_error()) {
   throw std::runtime_error(file.string() + ":" + (path.empty() ? "" : " " + path + ":") + " " + what +
                            (cause.empty() ? "" : " (HDF5: " + cause + ")"));
 }
@@ -154,8 +154,10 @@ Hdf5File Hdf5File::open(const std::filesystem::path& file) {
 void Hdf5File::commit() {
   const QuietErrors quiet;
   const bool flushed = H5Fflush(id_, H5F_SCOPE_GLOBAL) >= 0;
+  const std::string cause = flushed ? "" : cause_of_error();  // before the next call clears it
   const bool closed = H5Fclose(std::exchange(id_, -1)) >= 0;
-  if (!flushed || !closed) fail(file_, "", "cannot finish the file");
+  if (!flushed) fail(file_, "", "cannot finish the file", cause);
+  if (!closed) fail(file_, "", "cannot finish the file");
   replace_by_part(file_);
   writing_ = false;
 }

@@ -3,6 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -120,6 +125,29 @@ TEST_F(ResultsTest, ErrorsNameFileAndCause) {
   results.snapshot.offset = {0};
   EXPECT_THAT([&] { write_results(folder / "none" / "weave.vtkhdf", results); },
               ThrowsMessage<std::runtime_error>(AllOf(HasSubstr("weave.vtkhdf"), HasSubstr("cannot create"))));
+}
+
+TEST_F(ResultsTest, FullDiskIsTheCauseTold) {
+  // In a process of its own, which the limit and HDF5's memory of the failure end with.
+  const auto write_within_limit = [&](auto&& write) {
+    const rlimit limit = {4096, 4096};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    std::signal(SIGXFSZ, SIG_IGN);
+    try {
+      write();
+    } catch (const std::runtime_error& error) {
+      std::fputs(error.what(), stderr);
+      _exit(3);
+    }
+    _exit(0);
+  };
+  const weave::Snapshot cloth = weave::make_synthetic_cloth({});
+  EXPECT_EXIT(write_within_limit([&] {
+                weave::write_results(folder / "a.vtkhdf", {cloth, {}, "", ""});
+              }),
+              testing::ExitedWithCode(3), "a.vtkhdf: .*File too large");
+  EXPECT_EXIT(write_within_limit([&] { write_text_file(folder / "a.json", std::string(100000, 'x')); }), testing::ExitedWithCode(3),
+              "a.json: cannot write .*File too large");
 }
 
 TEST_F(ResultsTest, SeriesIsWhatParaViewReads) {
