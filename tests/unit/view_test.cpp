@@ -152,6 +152,8 @@ TEST(Plot, UnitsReadWell) {
   EXPECT_EQ(readable_unit(0.02, "J").factor, 1e3);
   EXPECT_EQ(readable_unit(40, "N").name, "N");
   EXPECT_EQ(readable_unit(0, "s").name, "s");
+  EXPECT_EQ(readable_unit(1.4e8, "Pa").name, "MPa");
+  EXPECT_EQ(readable_unit(2e9, "Pa").factor, 1e-9);
 }
 
 }  // namespace

@@ -81,8 +81,8 @@ void draw_axes(Canvas& canvas, const Frame& frame, const std::string& u_label, c
 }
 
 Unit readable_unit(double largest, const std::string& base) {
-  static constexpr std::array<std::pair<double, const char*>, 6> prefixes = {
-      {{1e-3, "k"}, {1, ""}, {1e3, "m"}, {1e6, "\u00b5"}, {1e9, "n"}, {1e12, "p"}}};
+  static constexpr std::array<std::pair<double, const char*>, 8> prefixes = {
+      {{1e-9, "G"}, {1e-6, "M"}, {1e-3, "k"}, {1, ""}, {1e3, "m"}, {1e6, "\u00b5"}, {1e9, "n"}, {1e12, "p"}}};
   if (!(largest > 0)) return {1, base};
   for (const auto& [factor, prefix] : prefixes)
     if (largest * factor >= 1) return {factor, prefix + base};
