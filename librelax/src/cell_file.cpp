@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -46,7 +47,14 @@ void each_column(F&& f) {
       [](P& p, double v) { p.touching = static_cast<std::size_t>(v); });
   f(
       "wall_s", [](const P& p) { return p.wall; }, [](P& p, double v) { p.wall = v; });
+  f(
+      "factorization_s", [](const P& p) { return p.factorization; }, [](P& p, double v) { p.factorization = v; });
+  f(
+      "solution_s", [](const P& p) { return p.solution; }, [](P& p, double v) { p.solution = v; });
 }
+
+/// Columns that files of older versions lack; what they say is not known then.
+const std::set<std::string> later_columns = {"factorization_s", "solution_s"};
 
 }  // namespace
 
@@ -126,7 +134,12 @@ void write_history(weave::Hdf5File& file, const std::vector<MinimizeProgress>& h
 std::vector<MinimizeProgress> read_history(const weave::Hdf5File& file) {
   std::vector<MinimizeProgress> history;
   each_column([&](const char* name, auto&&, auto&& set) {
-    const auto column = file.read<double>(std::string("/history/") + name);
+    const std::string path = std::string("/history/") + name;
+    if (later_columns.contains(name) && !file.has(path)) {
+      for (MinimizeProgress& p : history) set(p, std::numeric_limits<double>::quiet_NaN());
+      return;
+    }
+    const auto column = file.read<double>(path);
     history.resize(column.size());
     for (std::size_t i = 0; i < column.size(); ++i) set(history[i], column[i]);
   });

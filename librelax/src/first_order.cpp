@@ -113,10 +113,12 @@ FirstOrderEnd calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins,
     for (const Eigen::Index pin : pins) gradient[pin] = 0;
     const double gradient_max = gradient.cwiseAbs().maxCoeff() / result.reference_tension;
     result.wall.assembly += seconds_since(stage);
-    stage = Clock::now();
+    double factorization = 0;
     if (metric_age++ >= metric_interval) {
+      stage = Clock::now();
       metric.renew(cell, unknowns, list, result.q, pins, scale);
-      result.wall.first_order_metric += seconds_since(stage);
+      factorization = seconds_since(stage);
+      result.wall.first_order_metric += factorization;
       metric_age = 1;
     }
     if (gradient_max <= tolerance || !std::isfinite(energy)) return FirstOrderEnd::near;
@@ -128,7 +130,10 @@ FirstOrderEnd calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins,
       return FirstOrderEnd::stagnated;
     }
 
+    stage = Clock::now();
     const Eigen::VectorXd pull = metric.solve(-gradient);  // M^-1 F
+    const double solution = seconds_since(stage);
+    result.wall.solution += solution;
     const double power = -gradient.dot(v);
     if (power > 0) {
       const double speed = std::sqrt(std::max(v.dot(metric.times(v)), 0.0)), size = std::sqrt(std::max(-gradient.dot(pull), 1e-300));
@@ -159,6 +164,8 @@ FirstOrderEnd calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins,
     p.step_max = std::min(way, limit);
     p.first_order = true;
     p.touching = contacts.touching;
+    p.factorization = factorization;
+    p.solution = solution;
     p.wall = wall_before + seconds_since(start);
     result.history.push_back(p);
     if (options.on_progress) options.on_progress(p);

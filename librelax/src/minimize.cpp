@@ -89,7 +89,7 @@ class Minimization {
     result_.q = at_.q;
     result_.reference_tension = at_.reference_tension;
     result_.history = std::move(at_.history);
-    result_.wall = at_.stages;
+    result_.wall = noted_ = at_.stages;
   }
 
   MinimizeResult run() {
@@ -108,6 +108,7 @@ class Minimization {
         at_.far = 0;
         find_contacts_anew();
         evaluate(false);
+        noted_ = result_.wall;
         note(0, 0, false);
       }
       again = false;
@@ -292,7 +293,10 @@ class Minimization {
     p.shift = shift;
     p.convex = convex;
     p.touching = result_.contacts.touching;
+    p.factorization = result_.wall.factorization - noted_.factorization;
+    p.solution = result_.wall.solution - noted_.solution;
     p.wall = wall();
+    noted_ = result_.wall;
     result_.history.push_back(p);
     if (options_.on_progress) options_.on_progress(p);
   }
@@ -437,6 +441,7 @@ class Minimization {
   bool convex_ = false;
   MinimizeState at_;  ///< but for what stands in the result until it is asked for
   MinimizeResult result_;
+  StageWall noted_;  ///< those at the last iteration
   Clock::time_point start_ = Clock::now(), last_checkpoint_ = start_;
 };
 

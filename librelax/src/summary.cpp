@@ -62,8 +62,10 @@ std::string summary_json(const Cell& cell, const MinimizeResult& r, const weave:
   j["peak_memory_bytes"] = weave::peak_memory_bytes();
   ordered_json history = ordered_json::array();
   for (const MinimizeProgress& p : r.history)
-    history.push_back({p.energy, p.gradient_max, p.step_max, p.shift, p.convex, p.first_order, p.touching, p.wall});
-  j["history_columns"] = {"energy_J", "gradient_max", "step_max_m", "shift_N_per_m", "convex", "first_order", "touching", "wall_s"};
+    history.push_back(
+        {p.energy, p.gradient_max, p.step_max, p.shift, p.convex, p.first_order, p.touching, p.wall, p.factorization, p.solution});
+  j["history_columns"] = {"energy_J",    "gradient_max", "step_max_m", "shift_N_per_m",   "convex",
+                          "first_order", "touching",     "wall_s",     "factorization_s", "solution_s"};
   j["history"] = history;
   j["case_toml"] = context.case_toml;
   return j.dump(2) + "\n";

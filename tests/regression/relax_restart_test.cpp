@@ -1,8 +1,10 @@
 #include <gmock/gmock.h>
 #include <omp.h>
 
+#include <cmath>
 #include <filesystem>
 
+#include "cell_file.hpp"
 #include "relax/relaxed_file.hpp"
 #include "relax/report.hpp"
 #include "scenes/cells.hpp"
@@ -95,6 +97,40 @@ TEST(relax_restart, checkpoints_on_the_way_change_nothing) {
   expect_same_bits(relax::minimize(p.cell, p.unknowns(), options), straight);
   EXPECT_GT(written, 5);
   EXPECT_TRUE(newton);
+}
+
+TEST(relax_restart, times_of_the_iterations_add_up_to_those_of_the_stages) {
+  const PosedCell p = small_cell();
+  const relax::MinimizeResult r = relax::minimize(p.cell, p.unknowns());
+  double metric = 0, factorization = 0, solution = 0;
+  for (const relax::MinimizeProgress& i : r.history) {
+    EXPECT_GE(i.factorization, 0);
+    EXPECT_GE(i.solution, 0);
+    (i.first_order ? metric : factorization) += i.factorization;
+    solution += i.solution;
+  }
+  // The last factor, of the certificate, and its solution belong to no iteration.
+  EXPECT_GT(factorization, 0);
+  EXPECT_LT(factorization, r.wall.factorization);
+  EXPECT_GT(solution, 0);
+  EXPECT_LT(solution, r.wall.solution);
+  EXPECT_GT(metric, 0);
+  EXPECT_LE(metric, r.wall.first_order_metric * (1 + 1e-9));
+}
+
+TEST(relax_restart, reads_a_history_without_the_times_of_its_iterations) {
+  const TemporaryFile path("relax_history.h5");
+  weave::Hdf5File file = weave::Hdf5File::create(path.path());
+  for (const char* column : {"iteration", "energy_J", "gradient_max", "step_max_m", "shift_N_per_m", "first_order", "convex", "touching"})
+    file.write(std::string("/history/") + column, std::vector<double>{1, 1});
+  file.write("/history/wall_s", std::vector<double>{3, 4});
+  file.commit();
+  const auto history = relax::read_history(weave::Hdf5File::open(path.path()));
+  ASSERT_EQ(history.size(), 2U);
+  EXPECT_TRUE(history[1].first_order);
+  EXPECT_EQ(history[1].wall, 4);
+  EXPECT_TRUE(std::isnan(history[1].factorization));
+  EXPECT_TRUE(std::isnan(history[1].solution));
 }
 
 TEST(relax_restart, refuses_a_state_of_another_cell) {

@@ -38,12 +38,14 @@ void on_signal(int) {
 }
 
 void show(const relax::MinimizeProgress& p) {
-  fmt::print(stderr, "{:4}  energy {:.9e} J  gradient {:.2e}  step {:.2e} m  shift {:.1e}{}  {} contact points  {:.1f} s\n", p.iteration,
-             p.energy, p.gradient_max, p.step_max, p.shift,
+  fmt::print(stderr,
+             "{:4}  energy {:.9e} J  gradient {:.2e}  step {:.2e} m  shift {:.1e}{}  {} contact points  factor {:.2g} s  solve {:.2g} s  "
+             "{:.1f} s\n",
+             p.iteration, p.energy, p.gradient_max, p.step_max, p.shift,
              p.first_order ? " first order"
              : p.convex    ? " convex"
                            : "",
-             p.touching, p.wall);
+             p.touching, p.factorization, p.solution, p.wall);
 }
 
 void print_certificate(const relax::MinimizeResult& r) {
