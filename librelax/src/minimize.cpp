@@ -42,7 +42,8 @@ constexpr double shift_first = 1e-4;                     ///< [reference tension
 constexpr double shift_least = 1e-6, shift_largest = 1;  ///< of the true Hessian [reference tension / diameter]
 constexpr int far_steps = 3;                    ///< of Newton's method as long as the list allows, one after the other: far from a minimum
 constexpr int far_steps_after_stagnation = 40;  ///< and where the cheap steps have not come down
-constexpr double release_below = 1;             ///< gradient, over the reference tension, from which on free lengths of the cell move
+constexpr double dynamic_tolerance_least = 1e-13;  ///< gradient, over the reference tension, below which round-off is all that is left
+constexpr double release_below = 1;                ///< gradient, over the reference tension, from which on free lengths of the cell move
 constexpr int inverse_iterations = 12, inverse_iterations_most = 300;  ///< for the direction of negative curvature, as many until it is one
 
 struct Scale {
@@ -97,6 +98,7 @@ class Minimization {
     result_.analyses = at_.analyses;
     result_.factorizations = at_.factorizations;
     const auto pause = [&] { return pause_wanted(); };
+    if (options_.method == MinimizeMethod::dynamic) return run_dynamic(pause);
     for (bool again = true; again;) {
       if (!at_.newton) {
         const FirstOrderEnd end = calm_down(cell_, still_, options_, at_.tolerance, at_.steps_left, pause, at_.first_order, result_);
@@ -128,6 +130,27 @@ class Minimization {
     return std::move(result_);
   }
 
+  /// The first-order phase alone. Where the gradient has come down but the Newton step has not, or the contacts had other shares, it goes
+  /// on to a lower one.
+  MinimizeResult run_dynamic(const std::function<bool()>& pause) {
+    MinimizeOptions fine = options_;
+    fine.first_order_sampling = options_.sampling;
+    for (;;) {
+      const FirstOrderEnd end = calm_down(cell_, pins_, fine, at_.tolerance, at_.steps_left, pause, at_.first_order, result_);
+      if (end == FirstOrderEnd::paused) return leave_off();
+      find_contacts_anew();
+      certify_state();
+      noted_ = result_.wall;
+      note(0, 0, false);
+      const Certificate& c = result_.certificate;
+      const bool there = c.gradient_max <= options_.gradient_tolerance &&
+                         (!c.positive_definite || (c.newton_step_max <= options_.step_tolerance && c.contacts_steady));
+      if (there || end == FirstOrderEnd::stagnated || at_.first_order.step >= at_.steps_left || at_.tolerance <= dynamic_tolerance_least)
+        return std::move(result_);
+      at_.tolerance *= 0.1;
+    }
+  }
+
   /// Gradient, Hessian and Newton step of the present state, which is kept.
   void certify_state() {
     at_.lengths_free = true;
@@ -149,7 +172,7 @@ class Minimization {
     }
     if (!std::isfinite(result_.energy.sum()) || !gradient_.allFinite()) {
       c.blocked_by = "the state is not finite";
-    } else if (!(c.gradient_max <= options_.gradient_tolerance)) {
+    } else if (!(c.gradient_max <= std::min(options_.gradient_tolerance, certificate_tolerance))) {
       gradient_.cwiseAbs().maxCoeff(&at);
       c.blocked_by = "gradient at " + name_of(cell_, unknowns_, at);
     } else if (!c.positive_definite) {
@@ -157,7 +180,7 @@ class Minimization {
       c.neutral = factorize(shift_least * result_.reference_tension / scale_.diameter_min);
       c.blocked_by = c.neutral ? "no strict minimum: nothing holds a slack or free fiber, at " + place
                                : "no minimum: the Hessian is not positive definite at " + place;
-    } else if (!(c.newton_step_max <= options_.step_tolerance)) {
+    } else if (!(c.newton_step_max <= std::min(options_.step_tolerance, certificate_tolerance))) {
       c.blocked_by = "Newton step at " + name_of(cell_, unknowns_, at);
     } else if (!c.contacts_steady) {
       c.blocked_by = "contacts open or close in the last step";
@@ -215,9 +238,12 @@ class Minimization {
     renew_pattern(result_.q);
   }
 
+  /// By less than which nothing counts as moved [m].
+  [[nodiscard]] double touch() const { return std::min(options_.step_tolerance, certificate_tolerance) * scale_.diameter_min; }
+
   /// Whether the contacts have the shares that they would get at the present state.
   [[nodiscard]] bool shares_settled() const {
-    return (result_.q - list_.built_at).cwiseAbs().maxCoeff() <= options_.step_tolerance * scale_.diameter_min ||
+    return (result_.q - list_.built_at).cwiseAbs().maxCoeff() <= touch() ||
            std::all_of(list_.contacts.begin(), list_.contacts.end(), [](const SpanContact& c) { return c.share == 0.5; });
   }
 
@@ -277,9 +303,8 @@ class Minimization {
   /// Whether no contact opens or closes from one state to another. One that just touches in both, by less than the tolerance of a step, has
   /// neither force nor stiffness that counts.
   [[nodiscard]] bool same_contacts(const std::vector<double>& a, const std::vector<double>& b) const {
-    const double touch = options_.step_tolerance * scale_.diameter_min;
     for (std::size_t i = 0; i < a.size(); ++i) {
-      if ((a[i] > 0) != (b[i] > 0) && std::max(std::abs(a[i]), std::abs(b[i])) > touch) return false;
+      if ((a[i] > 0) != (b[i] > 0) && std::max(std::abs(a[i]), std::abs(b[i])) > touch()) return false;
     }
     return true;
   }
@@ -448,12 +473,14 @@ class Minimization {
 MinimizeState start_at(const Cell& cell, const Eigen::VectorXd& q, const MinimizeOptions& options) {
   if (q.size() != Unknowns(cell).size || !q.allFinite())
     throw std::invalid_argument("minimize: the start has the wrong size or is not finite");
+  if (options.method == MinimizeMethod::dynamic && (cell.load_x || cell.load_y))
+    throw std::invalid_argument("minimize: the dynamic method moves no free length of the cell");
   MinimizeState state;
   state.q = q;
   state.reference_tension = reference_tension(cell, q);
-  state.steps_left = options.first_order_max;
+  state.steps_left = options.method == MinimizeMethod::newton ? 0 : options.first_order_max;
   state.iterations_left = options.iterations_max;
-  state.tolerance = options.first_order_tolerance;
+  state.tolerance = options.method == MinimizeMethod::dynamic ? options.gradient_tolerance : options.first_order_tolerance;
   return state;
 }
 

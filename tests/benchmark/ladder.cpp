@@ -164,9 +164,9 @@ Scene relaxation() {
   add("default", 2, as_it_is);
   add("elements of 3 d", 3, as_it_is);
   add("elements of 4 d", 4, as_it_is);
-  add("Newton's method alone", 2, [](relax::MinimizeOptions& o) { o.first_order_max = 0; });
+  add("Newton's method alone", 2, [](relax::MinimizeOptions& o) { o.method = relax::MinimizeMethod::newton; });
   add("first-order phase alone", 2, [](relax::MinimizeOptions& o) {
-    o.first_order_tolerance = o.first_order_tolerance_least = o.gradient_tolerance;
+    o.method = relax::MinimizeMethod::dynamic;
     o.first_order_max = 200000;
   });
   return scene;

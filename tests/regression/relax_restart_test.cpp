@@ -52,15 +52,14 @@ void expect_same_bits(const relax::MinimizeResult& a, const relax::MinimizeResul
   }
 }
 
-void check_restarts(const PosedCell& p) {
+void check_restarts(const PosedCell& p, relax::MinimizeOptions options = {}) {
   const Eigen::VectorXd q = p.unknowns();
-  const relax::MinimizeResult straight = relax::minimize(p.cell, q);
+  const relax::MinimizeResult straight = relax::minimize(p.cell, q, options);
   ASSERT_TRUE(straight.certificate.converged) << straight.certificate.blocked_by;
   const auto length = static_cast<int>(straight.history.size());
   const TemporaryFile file("relax_checkpoint.h5");
   for (const int stop : {0, 7, length / 2, length - 4, length - 1}) {
     SCOPED_TRACE(stop);
-    relax::MinimizeOptions options;
     options.stop_at_iteration = stop;
     const relax::MinimizeResult stopped = relax::minimize(p.cell, q, options);
     ASSERT_TRUE(stopped.interrupted);
@@ -71,12 +70,22 @@ void check_restarts(const PosedCell& p) {
     EXPECT_EQ(c.wall, 1.5);
     EXPECT_EQ(c.cell.load_x, p.cell.load_x);
     EXPECT_EQ(c.cell.load_y, p.cell.load_y);
-    expect_same_bits(relax::resume(c.cell, c.state), straight);
+    options.stop_at_iteration = -1;
+    expect_same_bits(relax::resume(c.cell, c.state, options), straight);
   }
 }
 
 TEST(relax_restart, same_bits_after_a_checkpoint_at_any_iteration) {
   check_restarts(small_cell());
+}
+
+TEST(relax_restart, same_bits_by_either_method_alone) {
+  for (const auto method : {relax::MinimizeMethod::dynamic, relax::MinimizeMethod::newton}) {
+    SCOPED_TRACE(static_cast<int>(method));
+    relax::MinimizeOptions options;
+    options.method = method;
+    check_restarts(small_cell(), options);
+  }
 }
 
 TEST(relax_restart, same_bits_where_the_cells_length_is_free) {

@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -83,7 +84,7 @@ TEST(relax_minimum, certificate_names_a_slack_fiber) {
 TEST(relax_minimum, newton_is_of_higher_than_first_order_near_the_end) {
   const PosedCell p = plain_weave_cell({.fibers = 1, .pitch = 4e-4}, 0.2, 1);
   relax::MinimizeOptions newton;
-  newton.first_order_max = 0;
+  newton.method = relax::MinimizeMethod::newton;
   const relax::MinimizeResult r = relax::minimize(p.cell, p.unknowns(), newton);
   ASSERT_TRUE(r.certificate.converged) << r.certificate.blocked_by;
   // The law is like delta^1.5 at touch: order 1.5 is expected while contact points open and close, 2 at the very end.
@@ -110,7 +111,7 @@ TEST(relax_minimum, same_energy_for_a_doubled_cell) {
 TEST(relax_minimum, same_with_and_without_the_first_order_phase) {
   const PosedCell p = plain_weave_cell({.fibers = 1, .pitch = 4e-4}, 0.2, 1);
   relax::MinimizeOptions newton;
-  newton.first_order_max = 0;
+  newton.method = relax::MinimizeMethod::newton;
   const relax::MinimizeResult a = relax::minimize(p.cell, p.unknowns()), b = relax::minimize(p.cell, p.unknowns(), newton);
   EXPECT_TRUE(a.certificate.converged) << a.certificate.blocked_by;
   EXPECT_TRUE(b.certificate.converged) << b.certificate.blocked_by;
@@ -120,17 +121,46 @@ TEST(relax_minimum, same_with_and_without_the_first_order_phase) {
 TEST(relax_minimum, damped_motion_alone_reaches_newtons_minimum) {
   const PosedCell p = plain_weave_cell({.fibers = 3, .pitch = 8e-4}, 0.2, 1);
   relax::MinimizeOptions newton;
-  newton.first_order_max = 0;
-  relax::MinimizeOptions motion;
-  motion.iterations_max = 0;
-  motion.first_order_tolerance = 1e-7;
-  motion.first_order_sampling = motion.sampling;
-  const relax::MinimizeResult a = relax::minimize(p.cell, p.unknowns(), newton), b = relax::minimize(p.cell, p.unknowns(), motion);
+  newton.method = relax::MinimizeMethod::newton;
+  relax::MinimizeOptions dynamic;
+  dynamic.method = relax::MinimizeMethod::dynamic;
+  const relax::MinimizeResult a = relax::minimize(p.cell, p.unknowns(), newton), b = relax::minimize(p.cell, p.unknowns(), dynamic);
   ASSERT_TRUE(a.certificate.converged) << a.certificate.blocked_by;
-  ASSERT_LT(b.certificate.gradient_max, 1e-7);
-  EXPECT_NEAR(b.energy.sum() / a.energy.sum(), 1,
-              1e-9);  // of second order in the gradient, and divided by a stiffness of 1e-4 T / d or more
-  EXPECT_LT((a.q - b.q).cwiseAbs().maxCoeff(), 1e-3 * d);  // of first order: a tenth of what would make two minima of them
+  ASSERT_TRUE(b.certificate.converged) << b.certificate.blocked_by;
+  const auto steps = [](const relax::MinimizeResult& r) {
+    return std::count_if(r.history.begin(), r.history.end(), [](const relax::MinimizeProgress& i) { return i.first_order; });
+  };
+  EXPECT_EQ(steps(a), 0);
+  EXPECT_GT(steps(b), 100);
+  EXPECT_NEAR(b.energy.sum() / a.energy.sum(), 1, 1e-9);
+  EXPECT_LT((a.q - b.q).cwiseAbs().maxCoeff(), 1e-7 * d);  // of either's Newton step, and what the contacts' shares differ by
+}
+
+TEST(relax_minimum, certificate_holds_to_its_bounds_whatever_the_tolerance) {
+  const PosedCell p = plain_weave_cell({.fibers = 1, .pitch = 4e-4}, 0.2, 1);
+  for (const auto method : {relax::MinimizeMethod::automatic, relax::MinimizeMethod::dynamic, relax::MinimizeMethod::newton}) {
+    SCOPED_TRACE(static_cast<int>(method));
+    relax::MinimizeOptions options;
+    options.method = method;
+    options.gradient_tolerance = options.step_tolerance = 1e-3;
+    const relax::MinimizeResult early = relax::minimize(p.cell, p.unknowns(), options);
+    EXPECT_LE(early.certificate.gradient_max, 1e-3);
+    EXPECT_GT(early.certificate.gradient_max, 1e-8);
+    EXPECT_FALSE(early.certificate.converged);
+    options.gradient_tolerance = options.step_tolerance = 1e-10;
+    const relax::MinimizeResult late = relax::minimize(p.cell, p.unknowns(), options);
+    EXPECT_TRUE(late.certificate.converged) << late.certificate.blocked_by;
+    EXPECT_LE(late.certificate.gradient_max, 1e-10);
+    EXPECT_LE(late.certificate.newton_step_max, 1e-10);
+  }
+}
+
+TEST(relax_minimum, damped_motion_alone_moves_no_free_length) {
+  PosedCell p = plain_weave_cell({.fibers = 1, .pitch = 4e-4}, 0.2, 1);
+  p.cell.load_x = 0.1;
+  relax::MinimizeOptions dynamic;
+  dynamic.method = relax::MinimizeMethod::dynamic;
+  EXPECT_THROW(relax::minimize(p.cell, p.unknowns(), dynamic), std::invalid_argument);
 }
 
 }  // namespace

@@ -111,6 +111,19 @@ int main(int argc, char** argv) {
       ->check(CLI::NonNegativeNumber);
   relax_app->add_option("--load-y", relax.load_y, "the same along y [N]")->check(CLI::NonNegativeNumber);
   relax_app->add_option("--element-length", relax.element_length, "[fiber diameters]")->check(CLI::PositiveNumber);
+  relax_app
+      ->add_option(
+          "--method", relax.method,
+          "dynamic: damped motion (first-order phase) alone; newton: Newton's method alone; auto: the one until contacts calm down, "
+          "then the other")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"auto", "dynamic", "newton"}));
+  relax_app
+      ->add_option("--tolerance", relax.tolerance,
+                   "at which to stop: gradient over the reference tension, Newton step in fiber diameters; above the default no minimum is "
+                   "certified")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
   relax_app->add_option("--iterations", relax.iterations, "of Newton's method, at most")->check(CLI::Range(0, 100000));
   relax_app->add_option("--first-order", relax.first_order, "steps of the first-order phases, at most")->check(CLI::Range(0, 1000000));
   relax_app->add_option("--series", relax.series, "relax the same start at several counts of digital fibers a yarn, e.g. 19,37,61")

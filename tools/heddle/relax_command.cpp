@@ -132,11 +132,22 @@ void check_loads(const relax::Cell& cell) {
 /// The options that a state depends on, a line for each.
 std::string text_of(const RelaxOptions& o, int fibers) {
   const auto load = [](const std::optional<double>& given) { return given ? fmt::format("{}", *given) : std::string("none"); };
-  return fmt::format(
+  std::string text = fmt::format(
       "--fibers = {}\n--warp-tension = {}\n--weft-tension = {}\n--pressure = {}\n--load-x = {}\n--load-y = {}\n--element-length = "
       "{}\n--iterations = {}\n--first-order = "
       "{}\n",
       fibers, o.warp_tension, o.weft_tension, o.pressure, load(o.load_x), load(o.load_y), o.element_length, o.iterations, o.first_order);
+  const RelaxOptions by_default;  // lines of later versions: those before wrote none
+  if (o.method != by_default.method) text += fmt::format("--method = {}\n", o.method);
+  if (o.tolerance != by_default.tolerance) text += fmt::format("--tolerance = {}\n", o.tolerance);
+  return text;
+}
+
+relax::MinimizeMethod method_of(const std::string& name) {
+  if (name == "dynamic") return relax::MinimizeMethod::dynamic;
+  if (name == "newton") return relax::MinimizeMethod::newton;
+  if (name == "auto") return relax::MinimizeMethod::automatic;
+  throw std::invalid_argument("--method = " + name + ": must be auto, dynamic or newton");
 }
 
 /// Throws unless a file was made from the same case with the same options.
@@ -146,9 +157,13 @@ void expect_same(const std::filesystem::path& file, const std::string& case_a, c
   if (options_a == options_b) return;
   std::istringstream a(options_a), b(options_b);
   std::string line_a, line_b;
-  while (line_a == line_b && std::getline(a, line_a) && std::getline(b, line_b)) {
+  while (line_a == line_b && (a || b)) {
+    line_a = line_b = "";
+    std::getline(a, line_a);
+    std::getline(b, line_b);
   }
-  throw std::runtime_error(file.string() + ": was made with " + line_a + ", not " + line_b);
+  const auto named = [](const std::string& line) { return line.empty() ? "no further option" : line; };
+  throw std::runtime_error(file.string() + ": was made with " + named(line_a) + ", not " + named(line_b));
 }
 
 /// A cell at its minimum, or where it was left.
@@ -169,6 +184,8 @@ class Relaxation {
         output_(output),
         options_text_(text_of(options, fibers)),
         case_toml_(weave::to_toml(start.c)) {
+    minimize_.method = method_of(options.method);
+    minimize_.gradient_tolerance = minimize_.step_tolerance = options.tolerance;
     minimize_.iterations_max = options.iterations;
     minimize_.first_order_max = options.first_order;
     minimize_.stop = &stop_wanted;
@@ -203,7 +220,8 @@ class Relaxation {
     if (wanted && !refined_) {
       // The way to the minimum is long: the coarse fibers go most of it.
       relax::MinimizeOptions rough = minimize_;
-      rough.iterations_max = 0;
+      if (rough.method == relax::MinimizeMethod::dynamic) rough.method = relax::MinimizeMethod::automatic;
+      if (rough.method == relax::MinimizeMethod::automatic) rough.iterations_max = 0;
       relaxed_.result = taken_up ? relax::resume(cell, state, rough) : relax::minimize(cell, cell_start_, rough);
       taken_up = false;
       if (relaxed_.result.interrupted) return leave_off();
@@ -378,6 +396,8 @@ int relax_command(const RelaxOptions& options) {
   start.cell.load_x = options.load_x;
   start.cell.load_y = options.load_y;
   check_loads(start.cell);
+  if (options.method == "dynamic" && (options.load_x || options.load_y))
+    throw std::invalid_argument("--method dynamic: moves no free length of the cell (--load-x, --load-y)");
   const std::filesystem::path output =
       options.output.empty() ? std::filesystem::path("results") / (start.c.name + "_relaxed") : options.output;
   if (!options.series.empty()) return relax_series(options, start, output);

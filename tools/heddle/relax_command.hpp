@@ -18,6 +18,8 @@ struct RelaxOptions {
   double pressure = 0;                   ///< of the platens [Pa]
   std::optional<double> load_x, load_y;  ///< that pull the cell along x, along y, whose length is free then [N]; none: given lengths
   double element_length = 0;             ///< [fiber diameters]; 0: as the case has it
+  std::string method = "auto";           ///< dynamic: the first-order phase alone; newton: Newton's method alone
+  double tolerance = 1e-8;               ///< at which to stop: gradient over the reference tension, Newton step in fiber diameters
   int iterations = 300;                  ///< of Newton's method, at most
   int first_order = 20000;               ///< steps of its first-order phases, at most
   int threads = 0;                       ///< 0: all

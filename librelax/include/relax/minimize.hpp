@@ -8,16 +8,27 @@
 
 namespace relax {
 
+enum class MinimizeMethod {
+  automatic,  ///< a first-order phase until it is near, then Newton's method; more of both where that leads far
+  dynamic,    ///< the first-order phase alone, with the contact sampling of Newton's method; the cell's lengths have to be given
+  newton,     ///< Newton's method alone
+};
+
+/// What the gradient, over the reference tension, and the Newton step, in fiber diameters, of a certified minimum are at most.
+constexpr double certificate_tolerance = 1e-8;
+
 struct MinimizeOptions {
-  int first_order_max = 20000;  ///< steps of the first-order phases in all; 0: Newton's method alone
+  MinimizeMethod method = MinimizeMethod::automatic;
+  int first_order_max = 20000;  ///< steps of the first-order phases in all
   double first_order_tolerance =
       2e-2;  ///< gradient at which the first one hands over to Newton's method: largest component over the reference tension
   double first_order_tolerance_least = 1e-3;  ///< at which later ones do, each at half of that of the one before
   int iterations_max = 300;                   ///< of Newton's method
   double skin = 0.3;                          ///< of the contact list [largest fiber diameters]
-  double gradient_tolerance = 1e-8;           ///< largest component over the reference tension
-  double step_tolerance = 1e-8;               ///< largest component of the Newton step [smallest fiber diameters]
-  bool leave_saddles = true;                  ///< at a saddle, go on along the direction of negative curvature
+  /// At which to stop: largest component of the gradient over the reference tension, and of the Newton step in smallest fiber diameters.
+  /// Beyond the certificate's tolerance no state is certified; below it, one has to meet these.
+  double gradient_tolerance = certificate_tolerance, step_tolerance = certificate_tolerance;
+  bool leave_saddles = true;  ///< at a saddle, go on along the direction of negative curvature
   ContactSampling sampling;
   ContactSampling first_order_sampling{0.5, 0.25};  ///< coarser: Newton's method goes on from there
   std::function<void(const struct MinimizeProgress&)> on_progress;
@@ -119,11 +130,12 @@ double reference_tension(const Cell& cell, const Eigen::VectorXd& q);
 /// Unknowns that pins hold.
 std::vector<Eigen::Index> pinned_unknowns(const Cell& cell);
 
-/// A first-order phase (preconditioned FIRE), until it is near or does not get nearer, then Newton's method from `q` to a certified
-/// minimum; free lengths of the cell move last; each Newton step's energy is less than the one before, or, where round-off hides that, its
-/// gradient. The true Hessian comes first; shifted, or without its indefinite terms, only where it is not positive definite. No node moves
-/// farther than half the skin in a step. At a saddle it goes on along the direction of negative curvature. A state that is no certified
-/// minimum is returned with what blocks it. Throws std::invalid_argument for a `q` of wrong size or not finite.
+/// With the automatic method a first-order phase (preconditioned FIRE), until it is near or does not get nearer, then Newton's method from
+/// `q` to a certified minimum; free lengths of the cell move last; each Newton step's energy is less than the one before, or, where
+/// round-off hides that, its gradient. The true Hessian comes first; shifted, or without its indefinite terms, only where it is not
+/// positive definite. No node moves farther than half the skin in a step. At a saddle it goes on along the direction of negative curvature.
+/// A state that is no certified minimum is returned with what blocks it. Throws std::invalid_argument for a `q` of wrong size or not
+/// finite, and for free lengths with the dynamic method.
 MinimizeResult minimize(const Cell& cell, const Eigen::VectorXd& q, const MinimizeOptions& options = {});
 
 /// Goes on from where a minimization of the same cell with the same options was interrupted, to the same bits. Throws std::invalid_argument
