@@ -89,6 +89,22 @@ Eigen::VectorXd unknowns_at(const Cell& cell, const std::vector<Vec3>& x) {
   return q;
 }
 
+void set_pressure(Cell& cell, double pressure, Eigen::VectorXd& q) {
+  const Unknowns before(cell);
+  cell.pressure = pressure;
+  const Unknowns after(cell);
+  std::vector<Vec3> x(cell.nodes());
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = q.segment<3>(static_cast<Eigen::Index>(3 * i));
+  Eigen::VectorXd pressed = unknowns_at(cell, x);
+  const Eigen::Index drawn = before.platens >= 0 ? before.platens : after.platens >= 0 ? after.platens : q.size();
+  pressed.head(drawn) = q.head(drawn);
+  if (before.platens >= 0 && after.platens >= 0) pressed.segment<2>(after.platens) = q.segment<2>(before.platens);
+  for (const std::size_t k : {0, 1}) {
+    if (after.length[k] >= 0) pressed[after.length[k]] = q[before.length[k]];
+  }
+  q = std::move(pressed);
+}
+
 void settle_lengths(Cell& cell, Eigen::VectorXd& q) {
   const double area = cell.length_x * cell.length_y;
   cell.length_x = cell.length_x_at(q);

@@ -107,6 +107,11 @@ int main(int argc, char** argv) {
       ->check(CLI::PositiveNumber);
   relax_app->add_option("--pressure", relax.pressure, "of platens above and below [Pa]")->check(CLI::NonNegativeNumber);
   relax_app
+      ->add_option("--pressures", relax.pressures,
+                   "of platens, one after the other, each from the minimum of the one before, e.g. 0,1000,5000,25000 [Pa]")
+      ->delimiter(',')
+      ->check(CLI::NonNegativeNumber);
+  relax_app
       ->add_option("--load-x", relax.load_x, "force that pulls the cell along x, whose length is free then [N] (default: given length)")
       ->check(CLI::NonNegativeNumber);
   relax_app->add_option("--load-y", relax.load_y, "the same along y [N]")->check(CLI::NonNegativeNumber);
@@ -130,7 +135,7 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->check(CLI::Range(1, 1000));
   relax_app->add_option("-j,--threads", relax.threads, "threads (default all)")->check(CLI::Range(1, 1024));
-  relax_app->add_flag("--resume", relax.resume, "go on from the checkpoint in the results folder");
+  relax_app->add_flag("--resume", relax.resume, "go on from the checkpoint in the results folder; keep what is finished of a series");
   relax_app->add_flag("-q,--quiet", relax.quiet, "no progress");
 
   heddle::CompareOptions compare;

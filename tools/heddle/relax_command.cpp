@@ -7,18 +7,19 @@
 #include <array>
 #include <atomic>
 #include <chrono>
-#include <cmath>
 #include <csignal>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <tuple>
 
+#include "heddle/relax_table.hpp"
 #include "relax/minimize.hpp"
 #include "relax/refine.hpp"
 #include "relax/relaxed_file.hpp"
 #include "relax/report.hpp"
-#include "relax/series.hpp"
 #include "relax/topology_start.hpp"
 #include "relax/version.hpp"
 #include "relax/woven_start.hpp"
@@ -61,6 +62,7 @@ struct Start {
   weave::Case c;
   relax::Cell cell;
   std::vector<weave::Vec3> x;
+  Eigen::VectorXd q;  ///< unknowns, under pressure and loads
   bool woven = false;
   relax::FaceMismatch mismatch;
 };
@@ -166,13 +168,7 @@ void expect_same(const std::filesystem::path& file, const std::string& case_a, c
   throw std::runtime_error(file.string() + ": was made with " + named(line_a) + ", not " + named(line_b));
 }
 
-/// A cell at its minimum, or where it was left.
-struct Relaxed {
-  relax::Cell cell;
-  relax::MinimizeResult result;
-  weave::Snapshot snapshot;
-  weave::CellMeasures measures;
-};
+constexpr const char *checkpoint_name = "checkpoint.h5", *results_name = "relax.vtkhdf", *summary_name = "summary.json";
 
 /// The relaxation of one start with one number of fibers a yarn, and its files.
 class Relaxation {
@@ -193,82 +189,91 @@ class Relaxation {
     minimize_.on_checkpoint = [this](const relax::MinimizeState& state) { save(state); };
   }
 
-  Relaxed run() {
+  /// Whether the folder holds the results of this relaxation already. Throws std::runtime_error if they are of another case or other
+  /// options.
+  [[nodiscard]] bool finished() const {
+    const std::filesystem::path file = output_ / results_name;
+    if (std::filesystem::exists(checkpoint()) || !std::filesystem::exists(file) || !std::filesystem::exists(output_ / summary_name))
+      return false;
+    const relax::RelaxedFile relaxed = relax::read_relaxed(file);
+    expect_same(file, relaxed.case_toml, case_toml_, relaxed.options, options_text_);
+    return true;
+  }
+
+  relax::MinimizeResult run() {
     std::filesystem::create_directories(output_);
-    relax::Cell& cell = relaxed_.cell;
-    cell = start_.cell;
-    cell_start_ = start_q_ = relax::unknowns_at(cell, start_.x);
-    const bool coarser = std::any_of(cell.yarn.begin(), cell.yarn.end(),
-                                     [&](int yarn) { return std::count(cell.yarn.begin(), cell.yarn.end(), yarn) != fibers_; });
+    cell_ = start_.cell;
+    cell_start_ = start_.q;
+    const bool coarser = std::any_of(cell_.yarn.begin(), cell_.yarn.end(),
+                                     [&](int yarn) { return std::count(cell_.yarn.begin(), cell_.yarn.end(), yarn) != fibers_; });
     const bool wanted = fibers_ > 0 && coarser;
-    bool taken_up = false;
-    relax::MinimizeState state;
+    std::optional<relax::MinimizeState> taken_up;
     if (options_.resume && std::filesystem::exists(checkpoint())) {
       relax::Checkpoint c = relax::read_checkpoint(checkpoint());
       expect_same(checkpoint(), c.case_toml, case_toml_, c.options, options_text_);
-      if (c.start.size() != start_q_.size() || c.start != start_q_)
+      if (c.start.size() != start_.q.size() || c.start != start_.q)
         throw std::runtime_error(checkpoint().string() + ": is of another start");
-      cell = std::move(c.cell);
+      cell_ = std::move(c.cell);
       cell_start_ = std::move(c.cell_start);
       refined_ = c.refined;
-      state = std::move(c.state);
+      taken_up = std::move(c.state);
       wall_before_ = c.wall;
-      taken_up = true;
-    } else if (options_.resume) {
-      throw std::runtime_error(checkpoint().string() + ": there is no checkpoint to resume from");
     }
+    const auto minimize = [&](const relax::MinimizeOptions& options) {
+      result_ = taken_up ? relax::resume(cell_, *taken_up, options) : relax::minimize(cell_, cell_start_, options);
+      taken_up.reset();
+      return !result_.interrupted;
+    };
     if (wanted && !refined_) {
       // The way to the minimum is long: the coarse fibers go most of it.
       relax::MinimizeOptions rough = minimize_;
       if (rough.method == relax::MinimizeMethod::dynamic) rough.method = relax::MinimizeMethod::automatic;
       if (rough.method == relax::MinimizeMethod::automatic) rough.iterations_max = 0;
-      relaxed_.result = taken_up ? relax::resume(cell, state, rough) : relax::minimize(cell, cell_start_, rough);
-      taken_up = false;
-      if (relaxed_.result.interrupted) return leave_off();
-      const double element_length = options_.element_length > 0 ? options_.element_length : start_.c.numerics.element_length;
-      std::vector<weave::Vec3> x;
-      std::tie(cell, x) = relax::refine(cell, relaxed_.result.q, fibers_, element_length);
-      cell_start_ = relax::unknowns_at(cell, x);
-      refined_ = true;
+      if (!minimize(rough)) return leave_off();
+      refine();
     }
-    relaxed_.result = taken_up ? relax::resume(cell, state, minimize_) : relax::minimize(cell, cell_start_, minimize_);
-    if (relaxed_.result.interrupted) return leave_off();
+    if (!minimize(minimize_)) return leave_off();
     finish();
-    return std::move(relaxed_);
+    return std::move(result_);
   }
 
  private:
-  [[nodiscard]] std::filesystem::path checkpoint() const { return output_ / "checkpoint.h5"; }
+  [[nodiscard]] std::filesystem::path checkpoint() const { return output_ / checkpoint_name; }
   [[nodiscard]] double wall() const { return wall_before_ + std::chrono::duration<double>(Clock::now() - begun_).count(); }
 
   void save(const relax::MinimizeState& state) const {
-    relax::write_checkpoint(checkpoint(), {case_toml_, options_text_, start_q_, refined_, relaxed_.cell, cell_start_, state, wall()});
+    relax::write_checkpoint(checkpoint(), {case_toml_, options_text_, start_.q, refined_, cell_, cell_start_, state, wall()});
   }
 
-  Relaxed leave_off() {
-    save(relaxed_.result.state);
-    fmt::print(stderr, "interrupted after {} iterations; --resume goes on from {}\n", relaxed_.result.history.size(),
-               checkpoint().string());
-    return std::move(relaxed_);
+  relax::MinimizeResult leave_off() {
+    save(result_.state);
+    fmt::print(stderr, "interrupted after {} iterations; --resume goes on from {}\n", result_.history.size(), checkpoint().string());
+    return std::move(result_);
+  }
+
+  /// Goes over to the finer fibers.
+  void refine() {
+    const double element_length = options_.element_length > 0 ? options_.element_length : start_.c.numerics.element_length;
+    const auto [fine, x] = relax::refine(cell_, result_.q, fibers_, element_length);
+    cell_ = fine;
+    cell_start_ = relax::unknowns_at(cell_, x);
+    refined_ = true;
   }
 
   /// Takes free lengths as those of the cell, and counts the energy from these, as any reader of the file does.
   void settle_lengths() {
-    relax::Cell& cell = relaxed_.cell;
-    if (!cell.load_x && !cell.load_y) return;
-    Eigen::VectorXd& q = relaxed_.result.q;
-    relax::settle_lengths(cell, q);
-    relaxed_.result.energy = relax::potential(cell, relax::Unknowns(cell), relax::find_contacts(cell, q, 0), q, {});
+    if (!cell_.load_x && !cell_.load_y) return;
+    Eigen::VectorXd& q = result_.q;
+    relax::settle_lengths(cell_, q);
+    result_.energy = relax::potential(cell_, relax::Unknowns(cell_), relax::find_contacts(cell_, q, 0), q, {});
   }
 
   void finish() {
-    const Eigen::MatrixXi order = relax::crossing_order(relaxed_.cell, cell_start_);
+    const Eigen::MatrixXi order = relax::crossing_order(cell_, cell_start_);
     settle_lengths();
-    const relax::MinimizeResult& result = relaxed_.result;
-    const relax::Cell& cell = relaxed_.cell;
-    relaxed_.snapshot = relax::snapshot_of(cell, result.q);
-    relaxed_.measures = weave::measure_cell(relaxed_.snapshot);
-    const weave::CellMeasures& measures = relaxed_.measures;
+    const relax::MinimizeResult& result = result_;
+    const relax::Cell& cell = cell_;
+    const weave::CellMeasures measures = weave::measure_cell(relax::snapshot_of(cell, result.q));
     relax::ReportContext context;
     context.case_name = start_.c.name;
     context.case_toml = case_toml_;
@@ -276,9 +281,9 @@ class Relaxation {
     context.mismatch = start_.mismatch;
     context.violations = relax::order_violations(order, relax::crossing_order(cell, result.q));
     context.wall = wall();
-    relax::write_relaxed(output_ / "relax.vtkhdf",
+    relax::write_relaxed(output_ / results_name,
                          {cell, result.q, result.history, case_toml_, options_text_, relax::version(), result.certificate.blocked_by});
-    weave::write_text_file(output_ / "summary.json", relax::summary_json(cell, result, measures, context));
+    weave::write_text_file(output_ / summary_name, relax::summary_json(cell, result, measures, context));
     std::filesystem::remove(checkpoint());
 
     fmt::print("{}: {} fibers, {} nodes, {} unknowns, {} iterations in {:.1f} s\n", start_.c.name, cell.fibers(), cell.nodes(),
@@ -298,33 +303,38 @@ class Relaxation {
   std::filesystem::path output_;
   std::string options_text_, case_toml_;
   relax::MinimizeOptions minimize_;
-  Relaxed relaxed_;
-  Eigen::VectorXd start_q_, cell_start_;  ///< unknowns of the start, and of the cell that is being relaxed
+  relax::Cell cell_;            ///< that is being relaxed: the start, or the finer one
+  Eigen::VectorXd cell_start_;  ///< its unknowns at its start
+  relax::MinimizeResult result_;
   bool refined_ = false;
   double wall_before_ = 0;
   Clock::time_point begun_ = Clock::now();
 };
 
-/// What a series tells about one count, name by name.
-std::vector<std::pair<std::string, double>> figures_of(const Relaxed& r) {
-  const weave::CellMeasures& m = r.measures;
-  std::vector<std::pair<std::string, double>> figures = {{"thickness_m", m.thickness},
-                                                         {"thickness_mean_m", m.thickness_mean},
-                                                         {"fiber_volume_fraction", m.fiber_volume_fraction},
-                                                         {"fiber_volume_fraction_mean", m.fiber_volume_fraction_mean},
-                                                         {"cell_length_m", r.cell.length_x},
-                                                         {"cell_width_m", r.cell.length_y},
-                                                         {"energy_J", r.result.energy.sum()},
-                                                         {"crimp_warp", m.crimp_warp},
-                                                         {"crimp_weft", m.crimp_weft}};
-  const std::pair<std::string, double> sizes[] = {{"warp_width_m", m.yarn_width_warp},
-                                                  {"warp_height_m", m.yarn_height_warp},
-                                                  {"weft_width_m", m.yarn_width_weft},
-                                                  {"weft_height_m", m.yarn_height_weft}};
-  for (const auto& size : sizes) {
-    if (!std::isnan(size.second)) figures.push_back(size);
+/// Relaxes a start in a folder of its own, unless that is to be resumed and was done before. Nothing if interrupted.
+std::optional<RelaxedColumn> relaxed_in(const std::filesystem::path& folder, const RelaxOptions& options, const Start& start, int fibers,
+                                        double value) {
+  Relaxation relaxation(options, start, fibers, folder);
+  if (options.resume && relaxation.finished()) {
+    fmt::print("{}: was relaxed before\n", folder.string());
+  } else if (relaxation.run().interrupted) {
+    return std::nullopt;
   }
-  return figures;
+  return read_relaxed_column(folder, value);
+}
+
+/// What the summary of several relaxations starts with.
+nlohmann::ordered_json summary_of(const Start& start) {
+  nlohmann::ordered_json j;
+  j["tool"] = "relax";
+  j["case"] = start.c.name;
+  j["start"] = start.woven ? "woven" : "topology";
+  j["version"] = relax::version();
+  return j;
+}
+
+int exit_status(const std::vector<RelaxedColumn>& columns) {
+  return std::all_of(columns.begin(), columns.end(), [](const RelaxedColumn& c) { return c.state.certificate.converged; }) ? 0 : 1;
 }
 
 int relax_series(const RelaxOptions& options, const Start& start, const std::filesystem::path& output) {
@@ -333,45 +343,17 @@ int relax_series(const RelaxOptions& options, const Start& start, const std::fil
   std::vector<int> counts = options.series;
   std::sort(counts.begin(), counts.end());
   if (std::adjacent_find(counts.begin(), counts.end()) != counts.end()) throw std::invalid_argument("--series: a count stands there twice");
-  std::vector<std::vector<std::pair<std::string, double>>> figures;
-  ordered_json rows = ordered_json::array();
-  bool all_converged = true;
+  std::vector<RelaxedColumn> columns;
   for (const int n : counts) {
-    const auto since = Clock::now();
-    const Relaxed relaxed = Relaxation(options, start, n, output / fmt::format("fibers_{}", n)).run();
-    if (relaxed.result.interrupted) return 130;
-    figures.push_back(figures_of(relaxed));
-    ordered_json row = {{"fibers_per_yarn", n}, {"converged", relaxed.result.certificate.converged}};
-    for (const auto& [name, value] : figures.back()) row[name] = value;
-    row["wall_s"] = std::chrono::duration<double>(Clock::now() - since).count();
-    rows.push_back(row);
-    all_converged = all_converged && relaxed.result.certificate.converged;
+    const auto column = relaxed_in(output / fmt::format("fibers_{}", n), options, start, n, n);
+    if (!column) return 130;
+    columns.push_back(*column);
   }
-  ordered_json endless;
-  fmt::print("\n{:<28}", "fibers a yarn");
-  for (const int n : counts) fmt::print("{:>13}", n);
-  fmt::print("{:>28}\n", counts.size() < 3 ? "" : "extrapolated");
-  for (std::size_t i = 0; i < figures.front().size(); ++i) {
-    const std::string& name = figures.front()[i].first;
-    std::vector<double> values;
-    fmt::print("{:<28}", name);
-    for (const auto& row : figures) {
-      values.push_back(row.at(i).second);
-      fmt::print("{:>13.5g}", values.back());
-    }
-    if (const auto e = relax::extrapolate(counts, values)) {
-      endless[name] = {{"value", e->value}, {"uncertainty", e->uncertainty}};
-      fmt::print("{:>14.5g} +- {:<10.2g}", e->value, e->uncertainty);
-    }
-    fmt::print("\n");
-  }
-  ordered_json j;
-  j["tool"] = "relax";
-  j["case"] = start.c.name;
-  j["start"] = start.woven ? "woven" : "topology";
-  j["version"] = relax::version();
-  j["series"] = rows;
-  j["extrapolated"] = endless;
+  const std::map<std::string, relax::Extrapolation> endless = extrapolate(columns);
+  print_relaxed("fibers a yarn", columns, endless);
+  ordered_json j = summary_of(start);
+  j["series"] = json_of("fibers_per_yarn", columns);
+  for (const auto& [name, e] : endless) j["extrapolated"][name] = {{"value", e.value}, {"uncertainty", e.uncertainty}};
   j["extrapolation"] =
       "least squares of a + b/n over the counts n; uncertainty: the largest difference to that with any one count left out, or with "
       "n^(-1/2) or "
@@ -380,30 +362,73 @@ int relax_series(const RelaxOptions& options, const Start& start, const std::fil
   j["case_toml"] = weave::to_toml(start.c);
   weave::write_text_file(output / "series.json", j.dump(2) + "\n");
   fmt::print("series in {}\n", (output / "series.json").string());
-  return all_converged ? 0 : 1;
+  return exit_status(columns);
+}
+
+/// Each pressure from the minimum of the one before.
+int relax_pressures(const RelaxOptions& options, Start start, const std::filesystem::path& output) {
+  const auto begun = Clock::now();
+  std::vector<RelaxedColumn> columns;
+  for (const double pressure : options.pressures) {
+    RelaxOptions one = options;
+    one.pressure = pressure;
+    if (columns.empty()) {
+      start.cell.pressure = pressure;
+      start.q = relax::unknowns_at(start.cell, start.x);
+    } else {
+      start.cell = columns.back().state.cell;
+      start.q = columns.back().state.q;
+      relax::set_pressure(start.cell, pressure, start.q);
+    }
+    const auto column = relaxed_in(output / fmt::format("pressure_{:g}", pressure), one, start, options.fibers, pressure);
+    if (!column) return 130;
+    columns.push_back(*column);
+  }
+  print_relaxed("pressure_Pa", columns);
+  nlohmann::ordered_json j = summary_of(start);
+  j["pressures"] = json_of("pressure_Pa", columns);
+  j["wall_s"] = std::chrono::duration<double>(Clock::now() - begun).count();
+  j["case_toml"] = weave::to_toml(start.c);
+  weave::write_text_file(output / "summary.json", j.dump(2) + "\n");
+  fmt::print("summary in {}\n", (output / "summary.json").string());
+  return exit_status(columns);
+}
+
+/// Throws for options that exclude one another.
+void check_options(const RelaxOptions& o) {
+  if (!o.series.empty() && o.fibers > 0) throw std::invalid_argument("--series: gives the counts in place of --fibers");
+  if (!o.pressures.empty() && o.pressure > 0) throw std::invalid_argument("--pressures: gives them in place of --pressure");
+  if (!o.pressures.empty() && !o.series.empty())
+    throw std::invalid_argument("--pressures: goes with one count of fibers, not with --series");
+  if (std::set<double>(o.pressures.begin(), o.pressures.end()).size() != o.pressures.size())
+    throw std::invalid_argument("--pressures: a pressure stands there twice");
+  if (o.method == "dynamic" && (o.load_x || o.load_y))
+    throw std::invalid_argument("--method dynamic: moves no free length of the cell (--load-x, --load-y)");
 }
 
 }  // namespace
 
 int relax_command(const RelaxOptions& options) {
   if (options.threads > 0) omp_set_num_threads(options.threads);
-  if (!options.series.empty() && options.fibers > 0) throw std::invalid_argument("--series: gives the counts in place of --fibers");
-  if (!options.series.empty() && options.resume) throw std::invalid_argument("--resume: goes on with one relaxation, not with a series");
+  check_options(options);
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);
   Start start = start_of(options);
   start.cell.pressure = options.pressure;
   start.cell.load_x = options.load_x;
   start.cell.load_y = options.load_y;
+  start.q = relax::unknowns_at(start.cell, start.x);
   check_loads(start.cell);
-  if (options.method == "dynamic" && (options.load_x || options.load_y))
-    throw std::invalid_argument("--method dynamic: moves no free length of the cell (--load-x, --load-y)");
   const std::filesystem::path output =
       options.output.empty() ? std::filesystem::path("results") / (start.c.name + "_relaxed") : options.output;
   if (!options.series.empty()) return relax_series(options, start, output);
-  const Relaxed relaxed = Relaxation(options, start, options.fibers, output).run();
-  if (relaxed.result.interrupted) return 130;
-  return relaxed.result.certificate.converged ? 0 : 1;
+  if (!options.pressures.empty()) return relax_pressures(options, start, output);
+  const std::filesystem::path checkpoint = output / checkpoint_name;
+  if (options.resume && !std::filesystem::exists(checkpoint))
+    throw std::runtime_error(checkpoint.string() + ": there is no checkpoint to resume from");
+  const relax::MinimizeResult result = Relaxation(options, start, options.fibers, output).run();
+  if (result.interrupted) return 130;
+  return result.certificate.converged ? 0 : 1;
 }
 
 }  // namespace heddle

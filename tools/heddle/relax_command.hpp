@@ -16,6 +16,7 @@ struct RelaxOptions {
   double warp_tension = 0;               ///< per yarn [N]; 0: the woven tensions, from topology those of the case
   double weft_tension = 0;               ///< per yarn [N]; 0: the woven tensions, from topology as the warp or the loom
   double pressure = 0;                   ///< of the platens [Pa]
+  std::vector<double> pressures;         ///< one after the other, each from the minimum of the one before, in place of `pressure`
   std::optional<double> load_x, load_y;  ///< that pull the cell along x, along y, whose length is free then [N]; none: given lengths
   double element_length = 0;             ///< [fiber diameters]; 0: as the case has it
   std::string method = "auto";           ///< dynamic: the first-order phase alone; newton: Newton's method alone
@@ -23,12 +24,13 @@ struct RelaxOptions {
   int iterations = 300;                  ///< of Newton's method, at most
   int first_order = 20000;               ///< steps of its first-order phases, at most
   int threads = 0;                       ///< 0: all
-  bool resume = false;                   ///< go on from the checkpoint in the results folder
+  bool resume = false;                   ///< go on from the checkpoint in the results folder; keep what is finished of a series
   bool quiet = false;
 };
 
 /// Relaxes a unit cell, shows progress on standard error, writes relax.vtkhdf and summary.json, and while it runs checkpoint.h5. A series
-/// writes these into a folder fibers_N for each count, and series.json. Returns the exit status: 0 certified minima, 1 not converged, 130
+/// writes these into a folder fibers_N for each count, and series.json; pressures into a folder pressure_P for each, and a summary.json of
+/// all. Returns the exit status: 0 certified minima, 1 not converged, 130
 /// interrupted. Throws std::runtime_error for a checkpoint of another case, another start or other options.
 int relax_command(const RelaxOptions& options);
 

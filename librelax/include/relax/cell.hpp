@@ -118,6 +118,10 @@ struct Unknowns {
 /// Unknowns for nodes at `x`: no rest length drawn in, platens touching the highest and the lowest fiber.
 Eigen::VectorXd unknowns_at(const Cell& cell, const std::vector<Vec3>& x);
 
+/// Puts a cell at `q` under another pressure [Pa], everything else staying as it is: platens that were there stay where they are, new ones
+/// touch the highest and the lowest fiber.
+void set_pressure(Cell& cell, double pressure, Eigen::VectorXd& q);
+
 /// Takes free lengths at `q` as those of the cell, and sets what they have grown by to zero. The platens keep their force.
 void settle_lengths(Cell& cell, Eigen::VectorXd& q);
 
