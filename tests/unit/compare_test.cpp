@@ -1,7 +1,9 @@
 #include "relax/compare.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -229,7 +231,10 @@ TEST_F(CompareCommand, reads_every_part_of_the_energy_by_its_name) {
 
 TEST_F(CompareCommand, writes_figures_and_pictures) {
   const std::filesystem::path a = relaxed("a", single), b = relaxed("b", single), c = relaxed("c", single, 0.4);
+  testing::internal::CaptureStdout();
   EXPECT_EQ(heddle::compare_command({.results = {a, b, c}, .woven = woven(single), .output = folder / "out"}), 0);
+  std::fflush(stdout);
+  const std::string table = testing::internal::GetCapturedStdout();
   std::ifstream in(folder / "out" / "summary.json");
   const auto j = nlohmann::json::parse(in);
   ASSERT_EQ(j.at("states").size(), 4U);
@@ -237,6 +242,9 @@ TEST_F(CompareCommand, writes_figures_and_pictures) {
   EXPECT_TRUE(j["states"][0]["certificate"]["converged"]);
   std::ifstream of_a(a / "summary.json");
   const auto summary = nlohmann::json::parse(of_a);
+  const double pins = summary.at("pin_force_max");
+  EXPECT_GT(pins, 0);
+  EXPECT_THAT(table, testing::ContainsRegex(fmt::format("pins hold .reference tension. +{:.2e} +{:.2e} .* -\n", pins, pins)));
   for (const auto& [name, value] : j["states"][0]["certificate"].items()) EXPECT_EQ(value, summary.at(name)) << name;
   for (const auto& [name, value] : weave::named({})) EXPECT_EQ(j["states"][0].at(name), summary.at(name)) << name;
   EXPECT_TRUE(j["states"][0]["certificate"].contains("neutral"));

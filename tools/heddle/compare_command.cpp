@@ -77,6 +77,9 @@ std::vector<Figure> figures() {
   const auto energy = [](auto&& part) {
     return [part](const ComparedState& s) { return s.relaxed ? fmt::format("{:.6g}", part(s)) : std::string("-"); };
   };
+  const auto finding = [](double relax::Certificate::*part) {
+    return [part](const ComparedState& s) { return s.relaxed ? fmt::format("{:.2e}", s.certificate.*part) : std::string("-"); };
+  };
   return {
       {"fibers a yarn", [](const ComparedState& s) { return fmt::format("{}", s.fibers_per_yarn()); }},
       {"nodes", [](const ComparedState& s) { return fmt::format("{}", s.cell.nodes()); }},
@@ -99,6 +102,9 @@ std::vector<Figure> figures() {
       {"certified minimum", [](const ComparedState& s) { return std::string(!s.relaxed                ? "-"
                                                                             : s.certificate.converged ? "yes"
                                                                                                       : "no"); }},
+      {"gradient [reference tension]", finding(&relax::Certificate::gradient_max)},
+      {"Newton step [diameters]", finding(&relax::Certificate::newton_step_max)},
+      {"pins hold [reference tension]", finding(&relax::Certificate::pin_force_max)},
   };
 }
 
