@@ -48,13 +48,15 @@ void each_column(F&& f) {
   f(
       "wall_s", [](const P& p) { return p.wall; }, [](P& p, double v) { p.wall = v; });
   f(
+      "overlap_max", [](const P& p) { return p.overlap_max; }, [](P& p, double v) { p.overlap_max = v; });
+  f(
       "factorization_s", [](const P& p) { return p.factorization; }, [](P& p, double v) { p.factorization = v; });
   f(
       "solution_s", [](const P& p) { return p.solution; }, [](P& p, double v) { p.solution = v; });
 }
 
 /// Columns that files of older versions lack; what they say is not known then.
-const std::set<std::string> later_columns = {"factorization_s", "solution_s"};
+const std::set<std::string> later_columns = {"overlap_max", "factorization_s", "solution_s"};
 
 }  // namespace
 

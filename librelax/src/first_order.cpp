@@ -164,6 +164,7 @@ FirstOrderEnd calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins,
     p.step_max = std::min(way, limit);
     p.first_order = true;
     p.touching = contacts.touching;
+    p.overlap_max = contacts.overlap_max;
     p.factorization = factorization;
     p.solution = solution;
     p.wall = wall_before + seconds_since(start);

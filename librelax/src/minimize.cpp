@@ -318,6 +318,7 @@ class Minimization {
     p.shift = shift;
     p.convex = convex;
     p.touching = result_.contacts.touching;
+    p.overlap_max = result_.contacts.overlap_max;
     p.factorization = result_.wall.factorization - noted_.factorization;
     p.solution = result_.wall.solution - noted_.solution;
     p.wall = wall();

@@ -1,5 +1,7 @@
 #include "relax/refine.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -11,6 +13,7 @@
 #include <string>
 
 #include "relax/energy.hpp"
+#include "relax/report.hpp"
 #include "spline.hpp"
 
 namespace relax {
@@ -18,6 +21,10 @@ namespace {
 
 constexpr double hexagonal_packing =
     0.9069;  ///< the share of its hexagonal cell that a fiber fills: its finer fibers may use the whole cell
+
+constexpr double area_tolerance = 0.01;
+constexpr double overlap_allowed = 0.1;  ///< [fiber diameters]
+constexpr double overlap_margin = 1.1;   ///< over what fibers are pressed together at the end: forces are not quite there yet
 
 /// Fibers of one yarn.
 struct YarnFibers {
@@ -32,6 +39,22 @@ std::vector<YarnFibers> yarns_of(const Cell& cell) {
     yarns.back().end = f + 1;
   }
   return yarns;
+}
+
+/// Solid of a yarn's fibers over the length of its period [m^2].
+double solid_section(const Cell& cell, const Eigen::VectorXd& q, const YarnFibers& yarn) {
+  constexpr int pieces = 8;  // of a span
+  double solid = 0;
+  for (std::uint32_t f = yarn.begin; f < yarn.end; ++f) {
+    double length = 0;
+    for (std::uint32_t i = cell.first[f]; i < cell.first[f + 1]; ++i) {
+      for (int k = 0; k < pieces; ++k) {
+        length += (axis_point(cell, q, i, (k + 1.0) / pieces) - axis_point(cell, q, i, static_cast<double>(k) / pieces)).norm();
+      }
+    }
+    solid += cell.type_of(f).area * length;
+  }
+  return solid / cell.period(yarn.begin, q).norm();
 }
 
 /// Mean distance of each fiber of a yarn from the yarn's mean axis [m].
@@ -195,6 +218,26 @@ std::pair<Cell, std::vector<Vec3>> refine(const Cell& coarse, const Eigen::Vecto
   finish_types(cell);
   close_fibers(cell, next);
   return {std::move(cell), std::move(x)};
+}
+
+RefinementCheck check_refinement(const Cell& coarse, const Eigen::VectorXd& q, const Cell& fine, const Eigen::VectorXd& q_fine) {
+  RefinementCheck check;
+  const std::vector<YarnFibers> before = yarns_of(coarse), after = yarns_of(fine);
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const double ratio = solid_section(fine, q_fine, after.at(i)) / solid_section(coarse, q, before[i]);
+    if (std::abs(ratio - 1) > std::abs(check.area_ratio - 1)) check.area_ratio = ratio;
+  }
+  check.order_violations = order_violations(crossing_order(coarse, q), crossing_order(fine, q_fine));
+  return check;
+}
+
+std::string RefinementCheck::blocked_by(double overlap_at_end) const {
+  if (order_violations > 0) return fmt::format("refinement: crossings that are not as they were: {}", order_violations);
+  if (std::abs(area_ratio - 1) > area_tolerance)
+    return fmt::format("refinement: a yarn's section has {:.4f} times the area of its coarse fibers", area_ratio);
+  if (overlap_before_newton > std::max(overlap_allowed, overlap_margin * overlap_at_end))
+    return fmt::format("refinement: fibers overlapped by {:.3f} diameters before Newton's method", overlap_before_newton);
+  return "";
 }
 
 }  // namespace relax

@@ -1,6 +1,7 @@
 #include "relax/relaxed_file.hpp"
 
 #include <array>
+#include <limits>
 #include <stdexcept>
 
 #include "cell_file.hpp"
@@ -9,6 +10,8 @@
 
 namespace relax {
 namespace {
+
+const std::string refinement_path = "/run/refinement";  ///< older checkpoints lack it
 
 /// Pointers to the numbers of a state, const or not, in the order of the file.
 auto numbers_of(auto& s) {
@@ -96,6 +99,7 @@ void write_checkpoint(const std::filesystem::path& file, const Checkpoint& c) {
   write_unknowns(out, "/start", c.start);
   out.write("/run/wall_s", std::vector<double>{c.wall});
   out.write("/run/refined", std::vector<std::uint8_t>{c.refined});
+  out.write(refinement_path, std::vector<double>{c.refinement.area_ratio, static_cast<double>(c.refinement.order_violations)});
   write_cell(out, c.cell);
   write_unknowns(out, "/cell_start", c.cell_start);
   const MinimizeState& s = c.state;
@@ -122,6 +126,13 @@ Checkpoint read_checkpoint(const std::filesystem::path& file) {
     c.start = read_unknowns(in, "/start");
     c.wall = in.read<double>("/run/wall_s").at(0);
     c.refined = in.read<std::uint8_t>("/run/refined").at(0) != 0;
+    if (in.has(refinement_path)) {
+      const auto check = in.read<double>(refinement_path);
+      c.refinement.area_ratio = check.at(0);
+      c.refinement.order_violations = static_cast<int>(check.at(1));
+    } else {
+      c.refinement.area_ratio = std::numeric_limits<double>::quiet_NaN();
+    }
     c.cell = read_cell(in);
     c.cell_start = read_unknowns(in, "/cell_start");
     MinimizeState& s = c.state;

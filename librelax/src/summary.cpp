@@ -53,6 +53,11 @@ std::string summary_json(const Cell& cell, const MinimizeResult& r, const weave:
   j["overlap_max"] = r.contacts.overlap_max;
   j["contact_points_touching"] = r.contacts.touching;
   j["order_violations"] = context.violations;
+  if (context.refinement) {
+    j["refine_area_ratio"] = context.refinement->area_ratio;
+    j["refine_overlap_before_newton"] = context.refinement->overlap_before_newton;
+    j["refine_order_violations"] = context.refinement->order_violations;
+  }
   j["iterations"] = r.history.empty() ? 0 : r.history.size() - 1;
   j["analyses"] = r.analyses;
   j["factorizations"] = r.factorizations;
@@ -62,10 +67,10 @@ std::string summary_json(const Cell& cell, const MinimizeResult& r, const weave:
   j["peak_memory_bytes"] = weave::peak_memory_bytes();
   ordered_json history = ordered_json::array();
   for (const MinimizeProgress& p : r.history)
-    history.push_back(
-        {p.energy, p.gradient_max, p.step_max, p.shift, p.convex, p.first_order, p.touching, p.wall, p.factorization, p.solution});
-  j["history_columns"] = {"energy_J",    "gradient_max", "step_max_m", "shift_N_per_m",   "convex",
-                          "first_order", "touching",     "wall_s",     "factorization_s", "solution_s"};
+    history.push_back({p.energy, p.gradient_max, p.step_max, p.shift, p.convex, p.first_order, p.touching, p.wall, p.factorization,
+                       p.solution, p.overlap_max});
+  j["history_columns"] = {"energy_J", "gradient_max", "step_max_m",      "shift_N_per_m", "convex",     "first_order",
+                          "touching", "wall_s",       "factorization_s", "solution_s",    "overlap_max"};
   j["history"] = history;
   j["case_toml"] = context.case_toml;
   return j.dump(2) + "\n";

@@ -58,16 +58,21 @@ void check_restarts(const PosedCell& p, relax::MinimizeOptions options = {}) {
   ASSERT_TRUE(straight.certificate.converged) << straight.certificate.blocked_by;
   const auto length = static_cast<int>(straight.history.size());
   const TemporaryFile file("relax_checkpoint.h5");
-  for (const int stop : {0, 7, length / 2, length - 4, length - 1}) {
+  // The first-order phase asks whether to stop every ten steps.
+  const bool dynamic = options.method == relax::MinimizeMethod::dynamic;
+  for (const int stop : {0, 7, length / 2, length - (dynamic ? 24 : 4), length - (dynamic ? 12 : 1)}) {
     SCOPED_TRACE(stop);
     options.stop_at_iteration = stop;
     const relax::MinimizeResult stopped = relax::minimize(p.cell, q, options);
     ASSERT_TRUE(stopped.interrupted);
     EXPECT_FALSE(stopped.certificate.converged);
-    relax::write_checkpoint(file.path(), {"case", "options", q, true, p.cell, q, stopped.state, 1.5});
+    relax::write_checkpoint(file.path(),
+                            {"case", "options", q, true, p.cell, q, stopped.state, 1.5, {.area_ratio = 0.99, .order_violations = 2}});
     const relax::Checkpoint c = relax::read_checkpoint(file.path());
     EXPECT_EQ(c.cell_start, q);
     EXPECT_EQ(c.wall, 1.5);
+    EXPECT_EQ(c.refinement.area_ratio, 0.99);
+    EXPECT_EQ(c.refinement.order_violations, 2);
     EXPECT_EQ(c.cell.load_x, p.cell.load_x);
     EXPECT_EQ(c.cell.load_y, p.cell.load_y);
     options.stop_at_iteration = -1;

@@ -216,6 +216,7 @@ class Relaxation {
       cell_ = std::move(c.cell);
       cell_start_ = std::move(c.cell_start);
       refined_ = c.refined;
+      refinement_ = c.refinement;
       taken_up = std::move(c.state);
       wall_before_ = c.wall;
     }
@@ -242,7 +243,7 @@ class Relaxation {
   [[nodiscard]] double wall() const { return wall_before_ + std::chrono::duration<double>(Clock::now() - begun_).count(); }
 
   void save(const relax::MinimizeState& state) const {
-    relax::write_checkpoint(checkpoint(), {case_toml_, options_text_, start_.q, refined_, cell_, cell_start_, state, wall()});
+    relax::write_checkpoint(checkpoint(), {case_toml_, options_text_, start_.q, refined_, cell_, cell_start_, state, wall(), refinement_});
   }
 
   relax::MinimizeResult leave_off() {
@@ -255,9 +256,22 @@ class Relaxation {
   void refine() {
     const double element_length = options_.element_length > 0 ? options_.element_length : start_.c.numerics.element_length;
     const auto [fine, x] = relax::refine(cell_, result_.q, fibers_, element_length);
+    cell_start_ = relax::unknowns_at(fine, x);
+    refinement_ = relax::check_refinement(cell_, result_.q, fine, cell_start_);
     cell_ = fine;
-    cell_start_ = relax::unknowns_at(cell_, x);
     refined_ = true;
+  }
+
+  /// Certifies no minimum whose fibers do not stand for the coarse ones.
+  void check_refinement() {
+    const auto& history = result_.history;
+    const auto newton = std::find_if(history.begin(), history.end(), [](const relax::MinimizeProgress& p) { return !p.first_order; });
+    if (newton != history.end()) refinement_.overlap_before_newton = newton->overlap_max;
+    const std::string broken = refinement_.blocked_by(result_.contacts.overlap_max);
+    if (broken.empty()) return;
+    relax::Certificate& c = result_.certificate;
+    c.blocked_by += (c.blocked_by.empty() ? "" : "; ") + broken;
+    c.converged = false;
   }
 
   /// Takes free lengths as those of the cell, and counts the energy from these, as any reader of the file does.
@@ -271,6 +285,7 @@ class Relaxation {
   void finish() {
     const Eigen::MatrixXi order = relax::crossing_order(cell_, cell_start_);
     settle_lengths();
+    if (refined_) check_refinement();
     const relax::MinimizeResult& result = result_;
     const relax::Cell& cell = cell_;
     const weave::CellMeasures measures = weave::measure_cell(relax::snapshot_of(cell, result.q));
@@ -281,6 +296,7 @@ class Relaxation {
     context.mismatch = start_.mismatch;
     context.violations = relax::order_violations(order, relax::crossing_order(cell, result.q));
     context.wall = wall();
+    if (refined_) context.refinement = refinement_;
     relax::write_relaxed(output_ / results_name,
                          {cell, result.q, result.history, case_toml_, options_text_, relax::version(), result.certificate.blocked_by});
     weave::write_text_file(output_ / summary_name, relax::summary_json(cell, result, measures, context));
@@ -293,8 +309,13 @@ class Relaxation {
                1e3 * measures.thickness, 1e3 * measures.thickness_mean, measures.fiber_volume_fraction, 1e2 * measures.crimp_warp,
                1e2 * measures.crimp_weft);
     fmt::print("  cell {:.5g} x {:.5g} mm{}\n", 1e3 * cell.length_x, 1e3 * cell.length_y, cell.load_x || cell.load_y ? ", under load" : "");
-    fmt::print("  deepest overlap {:.3f} d, {} crossings out of order\n  results in {}\n", result.contacts.overlap_max, context.violations,
-               output_.string());
+    fmt::print("  deepest overlap {:.3f} d, {} crossings out of order\n", result.contacts.overlap_max, context.violations);
+    if (refined_) {
+      fmt::print(
+          "  refined: area of a section {:.4f} of the coarse one, {} crossings out of order, overlap before Newton's method {:.3f} d\n",
+          refinement_.area_ratio, refinement_.order_violations, refinement_.overlap_before_newton);
+    }
+    fmt::print("  results in {}\n", output_.string());
   }
 
   const RelaxOptions& options_;
@@ -307,6 +328,7 @@ class Relaxation {
   Eigen::VectorXd cell_start_;  ///< its unknowns at its start
   relax::MinimizeResult result_;
   bool refined_ = false;
+  relax::RefinementCheck refinement_;
   double wall_before_ = 0;
   Clock::time_point begun_ = Clock::now();
 };

@@ -48,6 +48,7 @@ struct MinimizeProgress {
   bool first_order = false;  ///< energy and gradient are those before the step of the first-order phase
   bool convex = false;       ///< its indefinite terms were left out for that step
   std::size_t touching = 0;  ///< contact points
+  double overlap_max = 0;    ///< in sums of two radii
   double factorization = 0;  ///< since the iteration before; of the first-order phase, to assemble and factorize its metric [s]
   double solution = 0;       ///< with the factor, since the iteration before [s]
   double wall = 0;           ///< since the start [s]

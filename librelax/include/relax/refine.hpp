@@ -1,4 +1,5 @@
 #pragma once
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -14,5 +15,19 @@ namespace relax {
 /// sqrt(coarse / fine), as do forces and bending stiffness by coarse / fine. The finer fibers may overlap at first. Throws
 /// std::invalid_argument if a yarn has more fibers already, or if fibers that go on in one another leave no way to share out the number.
 std::pair<Cell, std::vector<Vec3>> refine(const Cell& coarse, const Eigen::VectorXd& q, int fibers, double element_length);
+
+/// How well finer fibers stand for coarse ones.
+struct RefinementCheck {
+  double area_ratio = 1;             ///< solid section of a yarn over that of its coarse fibers, of the yarn where it is farthest from one
+  int order_violations = 0;          ///< crossings that are not as they were
+  double overlap_before_newton = 0;  ///< deepest one where Newton's method begins [fiber diameters]
+
+  /// The bound that it breaks, empty if none: the area is kept within 1 %, all crossings stay as they were, and no fibers overlap by more
+  /// than 0.1 diameters before Newton's method, unless they are pressed together as deep at the end, by `overlap_at_end`.
+  [[nodiscard]] std::string blocked_by(double overlap_at_end) const;
+};
+
+/// Area and order of a refined cell at `q_fine`, as refine() gives it, against its coarse one at `q`.
+RefinementCheck check_refinement(const Cell& coarse, const Eigen::VectorXd& q, const Cell& fine, const Eigen::VectorXd& q_fine);
 
 }  // namespace relax

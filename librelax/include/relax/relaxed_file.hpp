@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "relax/minimize.hpp"
+#include "relax/refine.hpp"
 
 namespace relax {
 
@@ -38,7 +39,8 @@ struct Checkpoint {
   Cell cell;
   Eigen::VectorXd cell_start;  ///< its unknowns at the start
   MinimizeState state;
-  double wall = 0;  ///< of the command [s]
+  double wall = 0;             ///< of the command [s]
+  RefinementCheck refinement;  ///< area and order, where refined
 };
 
 /// Writes aside and renames. Throws std::runtime_error naming file and cause.

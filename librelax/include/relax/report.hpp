@@ -1,9 +1,11 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "relax/minimize.hpp"
+#include "relax/refine.hpp"
 #include "relax/woven_start.hpp"
 #include "weave/measures.hpp"
 #include "weave/snapshot.hpp"
@@ -27,7 +29,8 @@ struct ReportContext {
   std::string case_name, case_toml, start;  ///< start: "topology" or "woven"
   FaceMismatch mismatch;                    ///< of a woven start
   int violations = 0;
-  double wall = 0;  ///< [s]
+  double wall = 0;                            ///< [s]
+  std::optional<RefinementCheck> refinement;  ///< of refined yarns
 };
 
 /// The parts of an energy and their sum by the names that they have in every summary [J].
