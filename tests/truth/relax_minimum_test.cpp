@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "relax/minimize.hpp"
 #include "scenes/cells.hpp"
@@ -106,6 +107,35 @@ TEST(relax_minimum, same_energy_for_a_doubled_cell) {
   const double single = energy(1, 1);
   EXPECT_NEAR(energy(2, 1) / single, 2, 1e-9);
   EXPECT_NEAR(energy(1, 2) / single, 2, 1e-9);
+}
+
+TEST(relax_minimum, energy_is_independent_of_where_elements_are_cut) {
+  // Bars are chords, of second order in the length of an element: a quadratic B-spline through the same path has its energy to a like
+  // order, wherever its nodes lie. Yarns stiff enough to be round where they bend, with a radius of several elements.
+  std::vector<double> energy, cut;
+  for (const double element_length : {2.0, 1.0, 0.5}) {
+    PosedCell p = plain_weave_cell({.fibers = 1, .pitch = 8 * d}, 0.01, element_length);
+    p.cell.types[0].bending_stiffness = 1e-9;
+    const relax::MinimizeResult r = relax::minimize(p.cell, p.unknowns());
+    ASSERT_TRUE(r.certificate.converged) << r.certificate.blocked_by;
+    energy.push_back(r.energy.sum());
+    cut.push_back(0);
+    for (const double shift : {0.25, 0.5}) {
+      // A span runs from the middle of one bar to the middle of the next: at one half of it the axis is next to its node.
+      std::vector<Vec3> x;
+      for (std::uint32_t i = 0; i < p.cell.nodes(); ++i) x.push_back(relax::axis_point(p.cell, r.q, i, std::fmod(0.5 + shift, 1.0)));
+      const relax::MinimizeResult shifted = relax::minimize(p.cell, relax::unknowns_at(p.cell, x));
+      ASSERT_TRUE(shifted.certificate.converged) << shifted.certificate.blocked_by;
+      cut.back() = std::max(cut.back(), std::abs(shifted.energy.sum() - r.energy.sum()));
+    }
+  }
+  const double coarse = energy[0] - energy[1], fine = energy[1] - energy[2];
+  EXPECT_NEAR(std::log2(coarse / fine), 2, 0.2);
+  EXPECT_LT(std::abs(fine), 0.02 * energy[2]);
+  // The cut moves the energy by less than halving the elements does, and that falls with their square at least.
+  for (std::size_t k = 0; k < 2; ++k) EXPECT_LT(cut[k], 0.5 * (energy[k] - energy[k + 1]));
+  EXPECT_GT(std::log2(cut[0] / cut[2]), 2 * 2 - 0.2);
+  EXPECT_LT(cut[2], 1e-3 * energy[2]);
 }
 
 TEST(relax_minimum, same_with_and_without_the_first_order_phase) {
