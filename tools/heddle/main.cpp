@@ -100,6 +100,9 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 1000));
   relax_app->add_option("--start-fibers", relax.start_fibers, "digital fibers a yarn of a start from topology (default as in the case)")
       ->check(CLI::Range(1, 1000));
+  relax_app
+      ->add_option("--starts", relax.starts, "relax as many starts, all but the first with fibers moved at random, and compare the minima")
+      ->check(CLI::Range(1, 1000));
   relax_app->add_option("--warp-tension", relax.warp_tension, "per yarn [N] (default: woven tensions; from topology the case's)")
       ->check(CLI::PositiveNumber);
   relax_app

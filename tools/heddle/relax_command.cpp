@@ -15,8 +15,10 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "heddle/compare_command.hpp"
 #include "heddle/relax_table.hpp"
 #include "relax/minimize.hpp"
+#include "relax/perturb.hpp"
 #include "relax/refine.hpp"
 #include "relax/relaxed_file.hpp"
 #include "relax/report.hpp"
@@ -168,6 +170,7 @@ void expect_same(const std::filesystem::path& file, const std::string& case_a, c
   throw std::runtime_error(file.string() + ": was made with " + named(line_a) + ", not " + named(line_b));
 }
 
+constexpr double perturbation = 0.3;  ///< of further starts [fiber diameters]
 constexpr const char *checkpoint_name = "checkpoint.h5", *results_name = "relax.vtkhdf", *summary_name = "summary.json";
 
 /// The relaxation of one start with one number of fibers a yarn, and its files.
@@ -416,12 +419,32 @@ int relax_pressures(const RelaxOptions& options, Start start, const std::filesys
   return exit_status(columns);
 }
 
+/// The start as it is, and perturbed by the seeds 1, 2 ...
+int relax_starts(const RelaxOptions& options, const Start& start, const std::filesystem::path& output) {
+  CompareOptions compare;
+  compare.output = output / "comparison";
+  bool all_converged = true;
+  for (int k = 0; k < options.starts; ++k) {
+    Start moved = start;
+    if (k > 0) relax::perturb(moved.cell, perturbation, static_cast<std::uint64_t>(k), moved.x);
+    moved.q = relax::unknowns_at(moved.cell, moved.x);
+    compare.results.push_back(output / fmt::format("start_{}", k));
+    const auto column = relaxed_in(compare.results.back(), options, moved, options.fibers, k);
+    if (!column) return 130;
+    all_converged = all_converged && column->state.certificate.converged;
+  }
+  compare_command(compare);
+  return all_converged ? 0 : 1;
+}
+
 /// Throws for options that exclude one another.
 void check_options(const RelaxOptions& o) {
   if (!o.series.empty() && o.fibers > 0) throw std::invalid_argument("--series: gives the counts in place of --fibers");
   if (!o.pressures.empty() && o.pressure > 0) throw std::invalid_argument("--pressures: gives them in place of --pressure");
   if (!o.pressures.empty() && !o.series.empty())
     throw std::invalid_argument("--pressures: goes with one count of fibers, not with --series");
+  if (o.starts > 1 && (!o.series.empty() || !o.pressures.empty()))
+    throw std::invalid_argument("--starts: goes with one count of fibers and one pressure, not with --series or --pressures");
   if (std::set<double>(o.pressures.begin(), o.pressures.end()).size() != o.pressures.size())
     throw std::invalid_argument("--pressures: a pressure stands there twice");
   if (o.method == "dynamic" && (o.load_x || o.load_y))
@@ -433,6 +456,7 @@ void check_options(const RelaxOptions& o) {
 int relax_command(const RelaxOptions& options) {
   if (options.threads > 0) omp_set_num_threads(options.threads);
   check_options(options);
+  stop_wanted = false;
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);
   Start start = start_of(options);
@@ -445,6 +469,7 @@ int relax_command(const RelaxOptions& options) {
       options.output.empty() ? std::filesystem::path("results") / (start.c.name + "_relaxed") : options.output;
   if (!options.series.empty()) return relax_series(options, start, output);
   if (!options.pressures.empty()) return relax_pressures(options, start, output);
+  if (options.starts > 1) return relax_starts(options, start, output);
   const std::filesystem::path checkpoint = output / checkpoint_name;
   if (options.resume && !std::filesystem::exists(checkpoint))
     throw std::runtime_error(checkpoint.string() + ": there is no checkpoint to resume from");

@@ -12,6 +12,7 @@ struct RelaxOptions {
   std::vector<std::string> overrides;    ///< key.path=value
   int fibers = 0;                        ///< per yarn, refined from those of the start; 0: as many as the start has
   std::vector<int> series;               ///< the same start at each of these counts, in place of `fibers`
+  int starts = 1;                        ///< the start as it is, and others with its fibers moved at random
   int start_fibers = 0;                  ///< per yarn, of a start from topology; 0: as the case has it
   double warp_tension = 0;               ///< per yarn [N]; 0: the woven tensions, from topology those of the case
   double weft_tension = 0;               ///< per yarn [N]; 0: the woven tensions, from topology as the warp or the loom
@@ -30,8 +31,9 @@ struct RelaxOptions {
 
 /// Relaxes a unit cell, shows progress on standard error, writes relax.vtkhdf and summary.json, and while it runs checkpoint.h5. A series
 /// writes these into a folder fibers_N for each count, and series.json; pressures into a folder pressure_P for each, and a summary.json of
-/// all. Returns the exit status: 0 certified minima, 1 not converged, 130
-/// interrupted. Throws std::runtime_error for a checkpoint of another case, another start or other options.
+/// all; several starts into a folder start_K for each, and a folder comparison with that of them all (compare_command). Returns the exit
+/// status: 0 certified minima, 1 not converged, 130 interrupted. Throws std::runtime_error for a checkpoint of another case, another start
+/// or other options.
 int relax_command(const RelaxOptions& options);
 
 }  // namespace heddle
