@@ -27,17 +27,12 @@ std::vector<std::pair<std::string, double>> figures_of(const relax::ComparedStat
                                                          {"energy_J", s.energy.sum()},
                                                          {"crimp_warp", m.crimp_warp},
                                                          {"crimp_weft", m.crimp_weft}};
-  double size[2][2] = {}, count[2] = {};
-  for (const weave::YarnPath& path : weave::yarn_paths(s.snapshot)) {
-    size[path.weft][0] += path.width();
-    size[path.weft][1] += path.height();
-    ++count[path.weft];
-  }
-  for (const int weft : {0, 1}) {
-    if (count[weft] == 0) continue;
-    const std::string of = weft ? "weft" : "warp";
-    figures.emplace_back(of + "_width_m", size[weft][0] / count[weft]);
-    figures.emplace_back(of + "_height_m", size[weft][1] / count[weft]);
+  const std::pair<std::string, double> sizes[] = {{"warp_width_m", m.yarn_width_warp},
+                                                  {"warp_height_m", m.yarn_height_warp},
+                                                  {"weft_width_m", m.yarn_width_weft},
+                                                  {"weft_height_m", m.yarn_height_weft}};
+  for (const auto& size : sizes) {
+    if (!std::isnan(size.second)) figures.push_back(size);
   }
   return figures;
 }
