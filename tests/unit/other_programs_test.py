@@ -1,4 +1,4 @@
-"""Reads what heddle writes with Gmsh and meshio: other_programs_test.py HEDDLE CASE
+"""Reads what heddle writes with VTK, Gmsh, meshio and CalculiX: other_programs_test.py HEDDLE CASE
 
 A case is relaxed from its weaving matrix, its yarns' surfaces are made and its cell is meshed. Each program must find the elements and volumes that heddle
 reports; what is not installed is skipped.
@@ -13,12 +13,19 @@ import tempfile
 import unittest
 import xml.etree.ElementTree
 
+from vtkmodules.vtkCommonDataModel import VTK_POLY_LINE
+from vtkmodules.vtkFiltersCore import vtkMassProperties
+from vtkmodules.vtkIOHDF import vtkHDFReader
+from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
+
 try:
     import meshio
 except ImportError:
     meshio = None
 GMSH = shutil.which("gmsh")
+CCX = shutil.which("ccx")
 HEDDLE, CASE = sys.argv[1:3]
+FIBERS = 3
 VOXELS = (9, 8, 4)
 ELEMENTS = 9 * 8 * 4
 POINTS = 10 * 9 * 5
@@ -38,6 +45,16 @@ def enclosed_volume(points, triangles):
     return sum(x @ [y[1] * z[2] - y[2] * z[1], y[2] * z[0] - y[0] * z[2], y[0] * z[1] - y[1] * z[0]] for x, y, z in zip(a, b, c)) / 6
 
 
+def name_of(yarn):
+    return f"{'weft' if yarn['weft'] else 'warp'}_{yarn['yarn']}"
+
+
+def read_by_vtk(reader, file):
+    reader.SetFileName(str(file))
+    reader.Update()
+    return reader.GetOutput()
+
+
 class OtherPrograms(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -48,9 +65,9 @@ class OtherPrograms(unittest.TestCase):
         def heddle(*arguments):
             subprocess.run([HEDDLE, *map(str, arguments)], check=True, stdout=subprocess.DEVNULL)
 
-        heddle("relax", CASE, "--start-fibers", 3, "--quiet", "--output", folder / "relax")
-        cls.envelope, cls.mesh = folder / "envelope", folder / "mesh"
-        heddle("envelope", folder / "relax", "--formats", "off,stl,tg3", "--output", cls.envelope)
+        cls.relax, cls.envelope, cls.mesh = folder / "relax", folder / "envelope", folder / "mesh"
+        heddle("relax", CASE, "--start-fibers", FIBERS, "--quiet", "--output", cls.relax)
+        heddle("envelope", cls.relax, "--formats", "stl,obj,ply,off,vtp,tg3", "--output", cls.envelope)
         heddle("mesh", cls.envelope, "--voxels", *VOXELS, "--output", cls.mesh)
         cls.tetrahedra = folder / "tetrahedra"
         heddle("mesh", cls.envelope, "--tetrahedra", "--quadratic", "--output", cls.tetrahedra)
@@ -71,8 +88,7 @@ class OtherPrograms(unittest.TestCase):
     @unittest.skipUnless(GMSH, "Gmsh is not installed")
     def test_gmsh_fills_the_surfaces(self):
         for yarn in self.surfaces["by_yarn"]:
-            name = f"{'weft' if yarn['weft'] else 'warp'}_{yarn['yarn']}.stl"
-            said = gmsh(self.envelope, f'Merge "{name}";', "CreateTopology;", "Surface Loop(1) = Surface{:};", "Volume(1) = {1};", "Mesh 3;",
+            said = gmsh(self.envelope, f'Merge "{name_of(yarn)}.stl";', "CreateTopology;", "Surface Loop(1) = Surface{:};", "Volume(1) = {1};", "Mesh 3;",
                         "Plugin(MeshVolume).Run;")
             self.assertNotRegex(said, "Warning|Error")
             self.assertIn(f"{yarn['triangles']} facets", said)
@@ -114,12 +130,49 @@ class OtherPrograms(unittest.TestCase):
 
     @unittest.skipUnless(meshio, "meshio is not installed")
     def test_meshio_reads_the_surfaces(self):
+        for ending in ("stl", "obj", "ply", "off"):
+            for yarn in self.surfaces["by_yarn"]:
+                with self.subTest(f"{name_of(yarn)}.{ending}"):
+                    read = meshio.read(self.envelope / f"{name_of(yarn)}.{ending}")
+                    triangles = read.cells_dict["triangle"]
+                    self.assertEqual(len(triangles), yarn["triangles"])
+                    volume = enclosed_volume(read.points.astype(float), triangles)
+                    # Coordinates in STL are in single precision, 1e-7 of a cell ten times a yarn's height; the others hold them to the last bit.
+                    self.assertAlmostEqual(volume / yarn["volume_m3"], 1, delta=1e-4 if ending == "stl" else 1e-9)
+            with self.subTest(f"yarns.{ending}"):
+                read = meshio.read(self.envelope / f"yarns.{ending}")
+                self.assertEqual(len(read.cells_dict["triangle"]), self.surfaces["triangles"])
+
+    def test_vtk_reads_the_surfaces(self):
         for yarn in self.surfaces["by_yarn"]:
-            read = meshio.read(self.envelope / f"{'weft' if yarn['weft'] else 'warp'}_{yarn['yarn']}.stl")
-            triangles = read.cells_dict["triangle"]
-            self.assertEqual(len(triangles), yarn["triangles"])
-            volume = enclosed_volume(read.points.astype(float), triangles)
-            self.assertAlmostEqual(volume / yarn["volume_m3"], 1, delta=1e-4)  # coordinates in single precision, 1e-7 of a cell ten times a yarn's height
+            surface = read_by_vtk(vtkXMLPolyDataReader(), self.envelope / f"{name_of(yarn)}.vtp")
+            self.assertEqual(surface.GetNumberOfPolys(), yarn["triangles"])
+            self.assertEqual(surface.GetCellData().GetArray("yarn").GetRange(), (yarn["yarn"], yarn["yarn"]))
+            measured = vtkMassProperties()
+            measured.SetInputData(surface)
+            self.assertAlmostEqual(measured.GetVolume() / yarn["volume_m3"], 1, delta=1e-6)
+        together = read_by_vtk(vtkXMLPolyDataReader(), self.envelope / "yarns.vtp")
+        self.assertEqual(together.GetNumberOfPolys(), self.surfaces["triangles"])
+
+    def test_vtk_reads_the_fibers(self):
+        for file in (self.relax / "relax.vtkhdf", self.envelope / "fibers.vtkhdf"):
+            with self.subTest(file.name):
+                grid = read_by_vtk(vtkHDFReader(), file)
+                fibers = FIBERS * self.surfaces["yarns"]
+                self.assertEqual(grid.GetNumberOfCells(), fibers)
+                self.assertEqual({grid.GetCellType(i) for i in range(fibers)}, {VTK_POLY_LINE})
+                yarns = grid.GetCellData().GetArray("yarn")
+                self.assertEqual({yarns.GetTuple1(i) for i in range(fibers)}, {y["yarn"] for y in self.surfaces["by_yarn"]})
+                self.assertGreater(grid.GetNumberOfPoints(), 2 * fibers)
+                self.assertEqual(grid.GetPointData().GetArray("arc_m").GetNumberOfTuples(), grid.GetNumberOfPoints())
+
+    @unittest.skipUnless(CCX, "CalculiX is not installed")
+    def test_calculix_solves_the_deck(self):
+        run = subprocess.run([CCX, "-i", "calculix"], cwd=self.mesh, capture_output=True, text=True, timeout=120)
+        said = run.stdout + run.stderr
+        self.assertEqual(run.returncode, 0, said)
+        self.assertNotRegex(said, r"\*WARNING|\*ERROR")
+        self.assertEqual(said.count("STEP "), 6)
 
     def test_textile_is_xml_with_the_yarns(self):
         root = xml.etree.ElementTree.parse(self.envelope / "yarns.tg3").getroot()
