@@ -213,8 +213,8 @@ class Separation {
           const Above above = height_of(side.x[p], sides_, lattice_, near[s], p, normals);
           height_[s][p] = std::min(above.height, reach);
           clear_until[s][p] = travelled + 0.5 * (height_[s][p] - gap_);
-          const double lack = gap_ - above.height;
-          if (lack <= slack()) continue;
+          if (above.height >= gap_) continue;
+          const double lack = aim() - above.height;
           move[s][p] = push(side, p, lack, above.normal);
           largest = std::max(largest, move[s][p].norm());
           if (lack > worst_.depth) worst_ = {s, above.side, side.x[p], lack};
@@ -257,8 +257,8 @@ class Separation {
             const Edge& own = edges_[s][e];
             const std::optional<Facing> facing = facing_edges(sides_, lattice_, s, own, piece, edges_[piece.side][piece.index], normals);
             if (!facing || std::abs(facing->height) > reach) continue;
-            const double lack = gap_ - facing->height;
-            if (lack <= slack()) continue;
+            if (facing->height >= gap_) continue;
+            const double lack = aim() - facing->height;
             if (lack > worst_.depth) worst_ = {s, piece.side, side.at(own[0]), lack};
             for (const std::uint32_t end : own) {
               const std::size_t p = side.own(end);
@@ -278,7 +278,8 @@ class Separation {
     return false;
   }
 
-  [[nodiscard]] double slack() const { return 0.01 * gap_; }
+  /// Moves come near to it from below, and so reach the gap after a few rounds.
+  [[nodiscard]] double aim() const { return 1.01 * gap_; }
 
   /// Half of what is lacking: the other yarn moves likewise. Points of the first ring stay on their face.
   [[nodiscard]] static Vec3 push(const YarnSide& side, std::size_t point, double lack, const Vec3& normal) {

@@ -22,8 +22,8 @@ struct Intrusion {
 std::optional<Intrusion> deepest_intrusion(const std::vector<YarnFibers>& yarns, const std::vector<YarnSide>& sides,
                                            const Lattice& lattice);
 
-/// Moves points of the sides of yarns that come nearer to one another than `gap` [m] apart, each as far as it must, periodic images among
-/// them; points on the faces stay there. Returns the place that is worst if some do not come apart.
+/// Moves points of the sides of yarns that come nearer to one another than `gap` [m] apart, each a hundredth of it farther than it must,
+/// periodic images among them; points on the faces stay there. Returns the place that is worst if some do not come apart.
 std::optional<Intrusion> separate_yarns(std::vector<YarnSide>& sides, const Lattice& lattice, double gap);
 
 /// Least distance between two sides that do not cross, as far as it is below `reach`, else that [m].
