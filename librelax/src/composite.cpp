@@ -140,6 +140,51 @@ StiffnessBounds stiffness_bounds(const VolumeMesh& mesh, const Constituents& con
   return {stiff / whole, (compliant / whole).inverse()};
 }
 
+Matrix6 laminate_stiffness(const std::vector<Layer>& layers) {
+  Eigen::Matrix3d in = Eigen::Matrix3d::Zero(), out = in, coupled = in;
+  for (const Layer& layer : layers) {
+    const Matrix6& c = layer.stiffness;
+    const Eigen::Matrix3d compliance = Eigen::Matrix3d(c(out_of_plane, out_of_plane)).inverse();
+    in += layer.share * plane_stress_stiffness(c)(in_plane, in_plane);
+    out += layer.share * compliance;
+    coupled += layer.share * c(in_plane, out_of_plane) * compliance;
+  }
+  const Eigen::Matrix3d stiff_out = out.inverse();
+  Matrix6 result;
+  result(out_of_plane, out_of_plane) = stiff_out;
+  result(in_plane, out_of_plane) = coupled * stiff_out;
+  result(out_of_plane, in_plane) = stiff_out * coupled.transpose();
+  result(in_plane, in_plane) = in + coupled * stiff_out * coupled.transpose();
+  return result;
+}
+
+Matrix6 laminate_stiffness(const VolumeMesh& mesh, const Constituents& constituents) {
+  std::vector<Vec3> along(mesh.yarns.size(), Vec3::Zero());  // of each yarn, its crimp averaged out
+  for (std::size_t i = 0; i < mesh.elements(); ++i)
+    if (mesh.yarn[i] >= 0) along[static_cast<std::size_t>(mesh.yarn[i])] += mesh.volume(i) * mesh.yarn_tangent[i];
+  double matrix = 0;
+  std::array<double, 2> yarns{}, fibers{};  // volumes, of warps and of wefts
+  for (std::size_t i = 0; i < mesh.elements(); ++i) {
+    const double volume = mesh.volume(i);
+    if (mesh.yarn[i] < 0) {
+      matrix += volume;
+      continue;
+    }
+    const Vec3& path = along[static_cast<std::size_t>(mesh.yarn[i])];
+    const std::size_t weft = std::abs(path.y()) > std::abs(path.x()) ? 1 : 0;
+    yarns[weft] += volume;
+    fibers[weft] += volume * std::min(mesh.volume_fraction[i], largest_volume_fraction);
+  }
+  const double whole = matrix + yarns[0] + yarns[1];
+  std::vector<Layer> layers = {{stiffness(isotropic(constituents.matrix_e, constituents.matrix_nu), Vec3::UnitX()), matrix / whole}};
+  for (const std::size_t weft : {0U, 1U}) {
+    if (yarns[weft] == 0) continue;
+    const TransverseIsotropic yarn = impregnated_yarn(constituents, fibers[weft] / yarns[weft]);
+    layers.push_back({stiffness(yarn, weft == 1 ? Vec3::UnitY() : Vec3::UnitX()), yarns[weft] / whole});
+  }
+  return laminate_stiffness(layers);
+}
+
 EngineeringConstants engineering_constants(const Matrix6& stiffness) {
   const Matrix6 s = stiffness.inverse();
   EngineeringConstants c;

@@ -94,6 +94,7 @@ Homogenization homogenize(const VolumeMesh& mesh, const Constituents& constituen
   result.bin_width = bins.width;
   result.capped = bins.capped;
   result.bounds = stiffness_bounds(mesh, constituents, bins);
+  result.laminate = laminate_stiffness(mesh, constituents);
   const std::vector<int> cases = load_cases(options.periodic_z);
   constexpr double cubic_mm = 1e-9, mega_pascal = 1e6;
   const double volume = (mesh.high - mesh.low).prod() / cubic_mm;

@@ -99,6 +99,7 @@ relax::VolumeMesh yarn_block(const std::array<int, 3>& voxels, const Vec3& size,
   m.yarns = {0};
   m.yarn.assign(m.elements(), 0);
   m.direction.assign(m.elements(), direction.normalized());
+  m.yarn_tangent = m.direction;
   m.volume_fraction.assign(m.elements(), volume_fraction);
   return m;
 }

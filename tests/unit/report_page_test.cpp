@@ -4,14 +4,17 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "heddle/base64.hpp"
+#include "heddle/page_tables.hpp"
 #include "scenes/temporary.hpp"
 #include "weave/results.hpp"
 
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -55,6 +58,22 @@ TEST_F(ReportPage, holds_keys_and_pictures_and_needs_no_other_file) {
   EXPECT_THAT(page, HasSubstr("name = &quot;three_warp&quot;"));
   EXPECT_THAT(page, Not(HasSubstr("http://")));
   EXPECT_THAT(page, Not(HasSubstr("https://")));
+}
+
+TEST_F(ReportPage, shows_tables) {
+  heddle::PageContent content;
+  content.stages = {{"Weaving", folder_ / "summary.json", {}, {}, {{"By <yarn>", {"", "width"}, {{"warp & 0", "0.5"}}}}}};
+  const std::string page = heddle::report_page(content);
+  EXPECT_THAT(page, HasSubstr("<h3>By &lt;yarn&gt;</h3>"));
+  EXPECT_THAT(page, HasSubstr("<tr><th></th><th>width</th></tr>"));
+  EXPECT_THAT(page, HasSubstr("<tr><td class=\"key\">warp &amp; 0</td><td>0.5</td></tr>"));
+}
+
+TEST(PageTables, stiffness_stands_beside_what_the_summary_has) {
+  const heddle::PageTable bounded = heddle::stiffness_table(
+      {{"ex_Pa", 2e9}, {"nu_xy", 0.3}, {"reuss_ex_Pa", 1e9}, {"reuss_nu_xy", 0.1}, {"laminate_ex_Pa", 2.5e9}, {"laminate_nu_xy", 0.2}});
+  EXPECT_THAT(bounded.columns, ElementsAre("", "CalculiX", "Reuss", "laminate"));
+  EXPECT_THAT(bounded.rows, ElementsAre(ElementsAre("ex", "2", "1", "2.5"), ElementsAre("nu_xy", "0.3", "", "0.2")));
 }
 
 TEST_F(ReportPage, shows_yarns_in_millimeters) {

@@ -61,8 +61,10 @@ SolvedCell solve_coarse(const CompositeInput& input, const relax::Constituents& 
   return solved;
 }
 
-void print_result(const relax::Homogenization& r, const std::vector<int>& order, const EngineeringConstants& c,
-                  const EngineeringConstants& reuss, const EngineeringConstants& voigt, bool periodic_z) {
+void print_result(const relax::Homogenization& r, const HomogenizeCommandOptions& options) {
+  const bool periodic_z = !options.free_z;
+  const std::vector<int> order = relax::load_cases(periodic_z);
+  const std::vector<Estimate> estimates = estimates_of(r, options);
   constexpr std::array<const char*, 6> names = {"xx", "yy", "zz", "yz", "xz", "xy"};
   fmt::print("  stiffness [GPa]{}\n       ", periodic_z ? "" : " of the layer in plane stress, without bending");
   for (const int j : order) fmt::print("{:>9}", names[static_cast<std::size_t>(j)]);
@@ -70,14 +72,16 @@ void print_result(const relax::Homogenization& r, const std::vector<int>& order,
     fmt::print("\n    {} ", names[static_cast<std::size_t>(i)]);
     for (const int j : order) fmt::print("{:9.4f}", 1e-9 * r.stiffness(i, j));
   }
-  fmt::print("\n                          {}    Voigt\n", periodic_z ? "   Reuss" : "        ");
+  fmt::print("\n{:23}", "");
+  for (const Estimate& e : estimates) fmt::print("{:>10}", e.label);
+  fmt::print("\n");
   for (const NamedConstant& n : engineering_constants_named) {
     if (!periodic_z && !n.in_plane) continue;
-    if (n.modulus)
-      fmt::print("    {:5} {:9.4f} GPa      {} {:8.4f}\n", n.label, 1e-9 * (c.*n.value),
-                 periodic_z ? fmt::format("{:8.4f}", 1e-9 * (reuss.*n.value)) : std::string(8, ' '), 1e-9 * (voigt.*n.value));
-    else
-      fmt::print("    {:5} {:9.4f}\n", n.label, c.*n.value);
+    const double factor = n.modulus ? 1e-9 : 1;
+    fmt::print("    {:5} {:9.4f} {:3}", n.label, factor * (constants_of(r.stiffness, options).*n.value), n.modulus ? "GPa" : "");
+    for (const Estimate& e : estimates)
+      fmt::print("{:>10}", n.modulus || !e.bound ? fmt::format("{:.4f}", factor * (constants_of(e.stiffness, options).*n.value)) : "");
+    fmt::print("\n");
   }
 }
 
@@ -98,8 +102,7 @@ int homogenize_command(const HomogenizeCommandOptions& options) {
   const bool periodic_z = !options.free_z;
   const relax::Homogenization& r = fine.result;
   const EngineeringConstants c = constants_of(r.stiffness, options);
-  print_result(r, relax::load_cases(periodic_z), c, constants_of(r.bounds.reuss, options), constants_of(voigt_bound(r, options), options),
-               periodic_z);
+  print_result(r, options);
   fmt::print("  solved in {:.1f} s, unsymmetric by {:.1e} before it was made symmetric\n", r.solve_wall, r.asymmetry);
 
   std::optional<SolvedCell> coarse;

@@ -29,8 +29,11 @@ EngineeringConstants constants_of(const Matrix6& stiffness, const HomogenizeComm
   return options.free_z ? relax::plane_engineering_constants(stiffness) : relax::engineering_constants(stiffness);
 }
 
-Matrix6 voigt_bound(const relax::Homogenization& result, const HomogenizeCommandOptions& options) {
-  return options.free_z ? relax::plane_stress_stiffness(result.bounds.voigt) : result.bounds.voigt;
+std::vector<Estimate> estimates_of(const relax::Homogenization& r, const HomogenizeCommandOptions& options) {
+  if (options.free_z)
+    return {{"laminate", "laminate", relax::plane_stress_stiffness(r.laminate), false},
+            {"voigt", "Voigt", relax::plane_stress_stiffness(r.bounds.voigt), true}};
+  return {{"reuss", "Reuss", r.bounds.reuss, true}, {"laminate", "laminate", r.laminate, false}, {"voigt", "Voigt", r.bounds.voigt, true}};
 }
 
 double mesh_error(const SolvedCell& fine, const SolvedCell& coarse) {
@@ -53,8 +56,12 @@ std::string homogenize_summary(const CompositeInput& input, const relax::Constit
   for (const NamedConstant& n : engineering_constants_named)
     if (periodic_z || n.in_plane) j[n.name] = c.*n.value;
   j["stiffness_asymmetry"] = r.asymmetry;
-  j["voigt_stiffness_Pa"] = matrix_json(voigt_bound(r, options), order);
-  if (periodic_z) j["reuss_stiffness_Pa"] = matrix_json(r.bounds.reuss, order);
+  for (const Estimate& e : estimates_of(r, options)) {
+    j[std::string(e.name) + "_stiffness_Pa"] = matrix_json(e.stiffness, order);
+    const EngineeringConstants of_estimate = constants_of(e.stiffness, options);
+    for (const NamedConstant& n : engineering_constants_named)
+      if (periodic_z || n.in_plane) j[std::string(e.name) + "_" + n.name] = of_estimate.*n.value;
+  }
   ordered_json stages = {{"read", read_wall}, {"mesh", fine.mesh_wall}, {"solve", r.solve_wall}};
   if (coarse) {
     const relax::VolumeMesh& mesh = coarse->cell.composite.mesh;

@@ -35,8 +35,15 @@ struct SolvedCell {
 
 /// Constants of a stiffness, of the layer in plane stress where the sides normal to z are free.
 relax::EngineeringConstants constants_of(const relax::Matrix6& stiffness, const HomogenizeCommandOptions& options);
-/// Voigt's bound of a stiffness in the same sense [Pa].
-relax::Matrix6 voigt_bound(const relax::Homogenization& result, const HomogenizeCommandOptions& options);
+
+/// What a stiffness is set beside.
+struct Estimate {
+  const char *name, *label;
+  relax::Matrix6 stiffness;  ///< in the sense of constants_of [Pa]
+  bool bound;                ///< of moduli; no Poisson's ratio
+};
+/// The bounds with the laminate between them; with free sides Reuss' is none of the layer's moduli in plane stress.
+std::vector<Estimate> estimates_of(const relax::Homogenization& result, const HomogenizeCommandOptions& options);
 /// Change of the stiffness from the fine to the coarse mesh, over its norm.
 double mesh_error(const SolvedCell& fine, const SolvedCell& coarse);
 

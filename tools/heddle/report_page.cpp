@@ -24,7 +24,8 @@ body { font: 15px/1.45 "DejaVu Sans", Helvetica, Arial, sans-serif; color: #222;
 h1 { margin-bottom: 0; } h2 { margin-top: 2em; border-bottom: 1px solid #ccc; }
 .subtitle, figcaption, .note { color: #666; } figure { margin: 1.2em 0; } figure img { max-width: 100%; }
 table { border-collapse: collapse; } td { padding: 0.15em 1.2em 0.15em 0; vertical-align: top; font-variant-numeric: tabular-nums; }
-td.key { color: #555; } pre { background: #f5f6f7; padding: 1em; overflow: auto; } #yarns { width: 100%; height: 600px; background: #f5f6f7; }
+td.key { color: #555; } th { text-align: left; font-weight: normal; color: #555; padding: 0.15em 1.2em 0.15em 0; }
+pre { background: #f5f6f7; padding: 1em; overflow: auto; } #yarns { width: 100%; height: 600px; background: #f5f6f7; }
 )css";
 
 /// Draws the yarns: colors by yarn, wefts in blues; the mouse turns, zooms and moves.
@@ -110,6 +111,18 @@ std::string figure(const std::filesystem::path& picture) {
                      escaped(picture.stem().string()), kind, base64(read_file(picture)));
 }
 
+std::string table_section(const PageTable& table) {
+  std::string html = fmt::format("<h3>{}</h3>\n<table>\n<tr>", escaped(table.title));
+  for (const std::string& column : table.columns) html += "<th>" + escaped(column) + "</th>";
+  html += "</tr>\n";
+  for (const std::vector<std::string>& row : table.rows) {
+    html += "<tr>";
+    for (std::size_t i = 0; i < row.size(); ++i) html += (i == 0 ? "<td class=\"key\">" : "<td>") + escaped(row[i]) + "</td>";
+    html += "</tr>\n";
+  }
+  return html + "</table>\n";
+}
+
 std::string stage_section(const PageStage& stage) {
   std::string html = fmt::format("<h2>{}</h2>\n<table>\n", escaped(stage.title));
   const json summary = json::parse(read_file(stage.summary));
@@ -119,6 +132,7 @@ std::string stage_section(const PageStage& stage) {
                         escaped(value_text(summary[key])));
   }
   html += "</table>\n";
+  for (const PageTable& table : stage.tables) html += table_section(table);
   for (const auto& picture : stage.pictures) html += figure(picture);
   return html;
 }

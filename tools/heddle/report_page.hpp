@@ -5,12 +5,20 @@
 
 namespace heddle {
 
+/// A table with a row of column titles; the first cell of each row names it.
+struct PageTable {
+  std::string title;
+  std::vector<std::string> columns;
+  std::vector<std::vector<std::string>> rows;  ///< (rows x columns)
+};
+
 /// One stage of a pipeline on its page.
 struct PageStage {
   std::string title;                            ///< e.g. "Weaving"
   std::filesystem::path summary;                ///< its summary.json
   std::vector<std::string> keys;                ///< of the summary that the page shows in a table, those that it has
   std::vector<std::filesystem::path> pictures;  ///< PNG or SVG, in the order shown
+  std::vector<PageTable> tables = {};           ///< before the pictures
 };
 
 /// A yarn's surface to turn with the mouse: closed triangles in an OFF file.

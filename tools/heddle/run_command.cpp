@@ -12,6 +12,7 @@
 #include "heddle/edge_length.hpp"
 #include "heddle/envelope_command.hpp"
 #include "heddle/homogenize_command.hpp"
+#include "heddle/page_tables.hpp"
 #include "heddle/relax_command.hpp"
 #include "heddle/report_page.hpp"
 #include "heddle/view.hpp"
@@ -121,8 +122,13 @@ std::vector<std::string> keys_of(const std::string& stage) {
             "fiber_volume_fraction",
             "wall_s"};
   }
-  return {"elements", "fiber",  "matrix", "micromechanics", "stiffness_order", "stiffness_Pa", "ex_Pa",      "ey_Pa", "ez_Pa",
-          "gxy_Pa",   "gyz_Pa", "gxz_Pa", "nu_xy",          "nu_xz",           "nu_yz",        "mesh_error", "wall_s"};
+  return {"elements", "fiber", "matrix", "micromechanics", "stiffness_order", "stiffness_Pa", "mesh_error", "wall_s"};
+}
+
+/// What a stage's figures look like side by side.
+std::vector<PageTable> tables_of(const std::string& stage, const ordered_json& summary) {
+  if (stage == "homogenize") return {stiffness_table(summary)};
+  return {};
 }
 
 std::vector<PageYarn> yarns_of(const path& envelope) {
@@ -242,7 +248,8 @@ int run_command(const PipelineOptions& options) {
     const path folder = pipeline.folder_of(stage_names[i]);
     if (status >= 2 || !std::filesystem::exists(folder / "summary.json")) break;
     std::vector<path> pictures = pictures_in(stage_names[i] == std::string("envelope") ? folder : folder / "pictures");
-    page.stages.push_back({titles[i], folder / "summary.json", keys_of(stage_names[i]), std::move(pictures)});
+    page.stages.push_back({titles[i], folder / "summary.json", keys_of(stage_names[i]), std::move(pictures),
+                           tables_of(stage_names[i], read_json(folder / "summary.json"))});
     if (stage_names[i] == std::string("envelope") && status == 0) page.yarns = yarns_of(envelope);
   }
   if (!page.stages.empty()) {

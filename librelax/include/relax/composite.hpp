@@ -57,6 +57,19 @@ struct StiffnessBounds {
 };
 StiffnessBounds stiffness_bounds(const VolumeMesh& mesh, const Constituents& constituents, const MaterialBins& bins);
 
+/// A layer of a laminate.
+struct Layer {
+  Matrix6 stiffness;  ///< in the laminate's axes [Pa]
+  double share = 0;   ///< of the thickness
+};
+
+/// Stiffness of layers stacked along z: strains in the plane and stresses out of it are the same in all of them (Postma 1955) [Pa].
+Matrix6 laminate_stiffness(const std::vector<Layer>& layers);
+
+/// Estimate of a woven cell's stiffness that leaves out the crimp: three layers, the matrix, all warps along x and all wefts along y, as
+/// thick as the volume of their elements is, the yarns at the mean of their local volume fraction [Pa].
+Matrix6 laminate_stiffness(const VolumeMesh& mesh, const Constituents& constituents);
+
 /// Engineering constants along the cell's axes; those out of the plane are 0 where only the plane's are known.
 struct EngineeringConstants {
   double ex = 0, ey = 0, ez = 0, gxy = 0, gyz = 0, gxz = 0;  ///< [Pa]

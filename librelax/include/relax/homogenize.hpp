@@ -21,7 +21,8 @@ struct Homogenization {
   double bin_width = 0;    ///< of local volume fraction
   std::size_t capped = 0;  ///< elements, as in MaterialBins
   StiffnessBounds bounds;
-  double solve_wall = 0;  ///< [s]
+  Matrix6 laminate = Matrix6::Zero();  ///< laminate_stiffness of the mesh [Pa]
+  double solve_wall = 0;               ///< [s]
 };
 
 /// Path of the program if it can be run; throws std::runtime_error saying how to get CalculiX if not.

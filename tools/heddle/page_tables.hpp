@@ -1,0 +1,12 @@
+#pragma once
+#include <nlohmann/json_fwd.hpp>
+
+#include "heddle/report_page.hpp"
+
+namespace heddle {
+
+/// The engineering constants of a composite beside Reuss' and Voigt's bounds and the laminate, those that `summary` of heddle homogenize
+/// has.
+PageTable stiffness_table(const nlohmann::ordered_json& summary);
+
+}  // namespace heddle
