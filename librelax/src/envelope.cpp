@@ -72,10 +72,10 @@ SurfaceMesh close_side(const YarnSide& side, const std::vector<std::array<std::u
 std::string describe(const Intrusion& intrusion, const std::vector<YarnSide>& sides) {
   const YarnSide &a = sides[intrusion.side_a], &b = sides[intrusion.side_b];
   return fmt::format(
-      "{} {} and {} {}{} are intermixed: one lies within the other by {:.2f} fiber diameters at ({:.4g}, {:.4g}, {:.4g}) mm, so that "
-      "no disjoint surfaces of these edge lengths hold their fibers",
+      "{} {} and {} {}{} are intermixed: one lies within the other by {:.2f} fiber diameters at {}, so that no disjoint surfaces of these "
+      "edge lengths hold their fibers",
       a.weft ? "weft" : "warp", a.yarn, b.weft ? "weft" : "warp", b.yarn, intrusion.side_a == intrusion.side_b ? " beside it" : "",
-      intrusion.depth / a.diameter, 1e3 * intrusion.x.x(), 1e3 * intrusion.x.y(), 1e3 * intrusion.x.z());
+      intrusion.depth / a.diameter, place_text(intrusion.x));
 }
 
 YarnSection measure_section(const YarnSide& side, const Station& station, std::size_t ring, double solid) {

@@ -1,5 +1,7 @@
 #include "relax/minimize.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -174,16 +176,18 @@ class Minimization {
       c.blocked_by = "the state is not finite";
     } else if (!(c.gradient_max <= std::min(options_.gradient_tolerance, certificate_tolerance))) {
       gradient_.cwiseAbs().maxCoeff(&at);
-      c.blocked_by = "gradient at " + name_of(cell_, unknowns_, at);
+      c.blocked_by = fmt::format("gradient of {:.2e} of the reference tension, at most {:.0e}, at {}", c.gradient_max,
+                                 std::min(options_.gradient_tolerance, certificate_tolerance), name_of(cell_, unknowns_, at));
     } else if (!c.positive_definite) {
       const std::string place = name_of(cell_, unknowns_, cholesky_->failed_at());
       c.neutral = factorize(shift_least * result_.reference_tension / scale_.diameter_min);
       c.blocked_by = c.neutral ? "no strict minimum: nothing holds a slack or free fiber, at " + place
                                : "no minimum: the Hessian is not positive definite at " + place;
     } else if (!(c.newton_step_max <= std::min(options_.step_tolerance, certificate_tolerance))) {
-      c.blocked_by = "Newton step at " + name_of(cell_, unknowns_, at);
+      c.blocked_by = fmt::format("Newton step of {:.2e} fiber diameters, at most {:.0e}, at {}", c.newton_step_max,
+                                 std::min(options_.step_tolerance, certificate_tolerance), name_of(cell_, unknowns_, at));
     } else if (!c.contacts_steady) {
-      c.blocked_by = "contacts open or close in the last step";
+      c.blocked_by = fmt::format("contacts open or close in the last step, of {:.2e} fiber diameters", c.newton_step_max);
     }
     c.converged = c.blocked_by.empty();
   }

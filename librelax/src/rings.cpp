@@ -1,5 +1,7 @@
 #include "rings.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -13,6 +15,8 @@ namespace {
 
 constexpr double ball_growth = 1.25;  ///< from one try to the next, and from a section to its neighbor
 constexpr int growths_max = 40;
+constexpr double stray_max =
+    5;  ///< gap between a fiber and the rest of its yarn in a section [fiber diameters]; of a loose woven one up to 3
 
 /// The path of the fibers' centroid, finely sampled, and its length up to each sample.
 struct CenterPath {
@@ -129,8 +133,57 @@ std::vector<Station> place_stations(const YarnFibers& yarn, double spacing, doub
   }
 }
 
+/// The fiber farthest from the others of a section.
+struct Stray {
+  std::size_t fiber = 0;
+  double gap = 0;  ///< to the nearest of those that are nearer to the middle [m]
+};
+
+/// Joins the fibers from the one nearest to their middle on, each time the one nearest to those joined before (Prim 1957).
+Stray farthest_off(const std::vector<Disc>& fibers) {
+  Vec2 middle = Vec2::Zero();
+  for (const Disc& d : fibers) middle += d.center / static_cast<double>(fibers.size());
+  std::size_t next = 0;
+  for (std::size_t f = 1; f < fibers.size(); ++f)
+    if ((fibers[f].center - middle).squaredNorm() < (fibers[next].center - middle).squaredNorm()) next = f;
+  std::vector<double> gap(fibers.size(), INFINITY);
+  std::vector<bool> joined(fibers.size(), false);
+  Stray stray;
+  for (std::size_t count = 1; count < fibers.size(); ++count) {
+    const Disc& last = fibers[next];
+    joined[next] = true;
+    std::size_t nearest = fibers.size();
+    for (std::size_t f = 0; f < fibers.size(); ++f) {
+      if (joined[f]) continue;
+      gap[f] = std::min(gap[f], (fibers[f].center - last.center).norm() - fibers[f].radius - last.radius);
+      if (nearest == fibers.size() || gap[f] < gap[nearest]) nearest = f;
+    }
+    if (gap[nearest] > stray.gap) stray = {nearest, gap[nearest]};
+    next = nearest;
+  }
+  return stray;
+}
+
+/// A fiber that has left its yarn would be held by a ball far larger than the yarn, if by any.
+void expect_together(const YarnFibers& yarn, const std::vector<Station>& stations, const std::vector<FiberSection>& sections) {
+  Stray worst;
+  std::size_t at = 0;
+  for (std::size_t k = 0; k < sections.size(); ++k) {
+    const Stray stray = farthest_off(sections[k].circles);
+    if (stray.gap <= worst.gap) continue;
+    worst = stray;
+    at = k;
+  }
+  const double gap = worst.gap / (2 * yarn.radius[worst.fiber]);
+  if (gap <= stray_max) return;
+  throw std::runtime_error(fmt::format(
+      "{} leaves its yarn: at {} it is {:.3g} fiber diameters away from the yarn's other fibers; at most {:g} are held in one surface",
+      yarn.name_of(worst.fiber), place_text(stations[at].point(sections[at].circles[worst.fiber].center)), gap, stray_max));
+}
+
 /// How many growths the ball needs at each station; from one to the next it changes by one at most, so that the surface does not step.
-std::vector<int> fit_balls(const YarnFibers& yarn, const std::vector<FiberSection>& sections, double ball, std::vector<Outline>& outlines) {
+std::vector<int> fit_balls(const YarnFibers& yarn, const std::vector<Station>& stations, const std::vector<FiberSection>& sections,
+                           double ball, std::vector<Outline>& outlines) {
   const std::size_t count = sections.size();
   std::vector<int> growths(count, 0), tried(count, -1);
   outlines.assign(count, {});
@@ -139,8 +192,8 @@ std::vector<int> fit_balls(const YarnFibers& yarn, const std::vector<FiberSectio
     for (std::size_t k = 0; k < count; ++k) {
       for (; tried[k] != growths[k]; ++growths[k]) {
         if (growths[k] > growths_max)
-          throw std::runtime_error("yarn " + std::to_string(yarn.yarn) + ": no ball holds its fibers together in section " +
-                                   std::to_string(k));
+          throw std::runtime_error(
+              fmt::format("{}: no ball holds its fibers together in the section at {}", yarn.name(), place_text(stations[k].origin)));
         tried[k] = growths[k];
         if (std::optional<Outline> outline = roll_ball(sections[k].discs, ball * std::pow(ball_growth, growths[k]))) {
           outlines[k] = std::move(*outline);
@@ -191,8 +244,7 @@ FiberSection cut_fibers(const YarnFibers& yarn, const Station& station) {
   for (std::size_t f = 0; f < yarn.size(); ++f) {
     const YarnFibers::Crossing c = yarn.crossing(f, station.share, station.origin, station.normal);
     if (!c.found)
-      throw std::runtime_error("yarn " + std::to_string(yarn.yarn) + ": a fiber does not cross the section " +
-                               std::to_string(1e3 * station.arc) + " mm along the yarn");
+      throw std::runtime_error(fmt::format("{} does not cross the section of its yarn at {}", yarn.name_of(f), place_text(station.origin)));
     const Vec2 center = station.plane(c.x), slant(station.u.dot(c.direction), station.v.dot(c.direction));
     const double slope = std::max(std::abs(station.normal.dot(c.direction)), 1 / weave::max_section_aspect);
     const double aspect = 1 / slope, r = yarn.radius[f];
@@ -213,7 +265,7 @@ Outline outline_at(const YarnFibers& yarn, const Station& station, double ball_r
   const std::vector<Disc> discs = cut_fibers(yarn, station).discs;
   for (int growth = 0; growth <= growths_max; ++growth)
     if (std::optional<Outline> outline = roll_ball(discs, ball_radius * std::pow(ball_growth, growth))) return *outline;
-  throw std::runtime_error("yarn " + std::to_string(yarn.yarn) + ": no ball holds its fibers together");
+  throw std::runtime_error(fmt::format("{}: no ball holds its fibers together at {}", yarn.name(), place_text(station.origin)));
 }
 
 Rings ring_yarn(const YarnFibers& yarn, const EnvelopeOptions& options) {
@@ -223,7 +275,8 @@ Rings ring_yarn(const YarnFibers& yarn, const EnvelopeOptions& options) {
   std::vector<FiberSection> sections;
   rings.stations = place_stations(yarn, options.ring_distance > 0 ? options.ring_distance * diameter : std::min(2 * edge, diameter),
                                   rings.length, sections);
-  const std::vector<int> growths = fit_balls(yarn, sections, options.ball_radius * diameter, rings.outlines);
+  expect_together(yarn, rings.stations, sections);
+  const std::vector<int> growths = fit_balls(yarn, rings.stations, sections, options.ball_radius * diameter, rings.outlines);
   rings.ball_radius = options.ball_radius * diameter * std::pow(ball_growth, *std::max_element(growths.begin(), growths.end()));
   double longest = 0;
   for (std::size_t k = 0; k < rings.rings(); ++k) {

@@ -41,7 +41,8 @@ struct Rings {
   [[nodiscard]] std::size_t rings() const { return stations.size(); }
 };
 
-/// Throws std::runtime_error if a fiber does not cross a station's plane, as where a yarn turns back on itself.
+/// Throws std::runtime_error naming fiber and place if a fiber has left its yarn, or does not cross a station's plane, as where a yarn
+/// turns back on itself.
 Rings ring_yarn(const YarnFibers& yarn, const EnvelopeOptions& options);
 
 /// Outline of a yarn's fibers at a plane of its own, with the ball that fits there. Used to measure how a surface fits between its rings.

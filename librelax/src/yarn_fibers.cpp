@@ -1,5 +1,7 @@
 #include "yarn_fibers.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -59,6 +61,14 @@ Vec3 mismatch_of(const YarnFibers& yarn, std::size_t f) {
   return yarn.points[f].back() - yarn.points[yarn.next[f]].front() - yarn.period;
 }
 
+/// Names the fiber of a cell that is farthest from periodic. mismatch: in fiber diameters.
+[[noreturn]] void refuse_mismatch(const YarnFibers& yarn, std::size_t fiber, double mismatch) {
+  throw std::invalid_argument(fmt::format(
+      "the cell is not periodic: {} ends at {}, {:.3g} fiber diameters from where a fiber of its yarn begins a period later; at "
+      "most {:g} are spread along a fiber",
+      yarn.name_of(fiber), place_text(yarn.points[fiber].back()), mismatch, mismatch_max));
+}
+
 /// Makes each fiber end exactly where the next begins, a period later.
 void close_ends(YarnFibers& yarn) {
   std::vector<Vec3> mismatch;
@@ -112,7 +122,8 @@ void cut_at_faces(YarnFibers& yarn) {
       }
     }
     if (passages.size() != cycle.fibers.size())
-      throw std::invalid_argument("yarn " + std::to_string(yarn.yarn) + ": a fiber does not pass the cell's faces once each period");
+      throw std::invalid_argument(fmt::format("{} does not pass the cell's face at {} = {:.4g} mm once each period",
+                                              yarn.name_of(cycle.fibers.front()), "xy"[axis], 1e3 * yarn.first_face));
     const Vec3 around = x.back() - x.front();
     for (std::size_t k = 0; k < passages.size(); ++k) {
       const bool last = k + 1 == passages.size();
@@ -144,6 +155,18 @@ std::vector<std::size_t> fibers_that_go_on(const std::vector<Vec3>& starts, cons
       cost(i, j) = (ends[static_cast<std::size_t>(i)] - starts[static_cast<std::size_t>(j)] - period).squaredNorm();
   const std::vector<Eigen::Index> partner = weave::cheapest_assignment(cost);
   return {partner.begin(), partner.end()};
+}
+
+std::string place_text(const Vec3& x) {
+  return fmt::format("({:.4g}, {:.4g}, {:.4g}) mm", 1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z());
+}
+
+std::string YarnFibers::name() const {
+  return fmt::format("{} {}", weft ? "weft" : "warp", yarn);
+}
+
+std::string YarnFibers::name_of(std::size_t fiber) const {
+  return fmt::format("fiber {} of {}", number[fiber], name());
 }
 
 Vec3 YarnFibers::at(std::size_t fiber, double share_wanted) const {
@@ -226,6 +249,7 @@ PeriodicYarns periodic_yarns(const weave::Snapshot& cell) {
       if (std::abs(run - yarn.period[yarn.axis()]) > 0.25 * yarn.period[yarn.axis()])
         throw std::invalid_argument(name + " runs " + std::to_string(1e3 * run) + " mm along the cell, whose period is " +
                                     std::to_string(1e3 * yarn.period[yarn.axis()]) + " mm");
+      yarn.number.push_back(cell.fiber[f]);
       yarn.points.push_back(std::move(x));
       yarn.radius.push_back(cell.radius[f]);
       yarn.area.push_back(cell.area[f]);
@@ -240,12 +264,22 @@ PeriodicYarns periodic_yarns(const weave::Snapshot& cell) {
   for (const YarnFibers& yarn : result.yarns)
     for (std::size_t f = 0; !yarn.weft && f < yarn.size(); ++f, ++warp_fibers) lean += mismatch_of(yarn, f);
   if (warp_fibers > 0) lean /= static_cast<double>(warp_fibers);
+  const YarnFibers* worst_yarn = nullptr;
+  std::size_t worst_fiber = 0;
   for (YarnFibers& yarn : result.yarns) {
     for (std::vector<Vec3>& x : yarn.points)
       for (Vec3& p : x) p -= (p.x() - cell.x_min) / (cell.x_max - cell.x_min) * lean;
-    for (std::size_t f = 0; f < yarn.size(); ++f)
-      result.mismatch = std::max(result.mismatch, mismatch_of(yarn, f).norm() / (2 * yarn.radius[f]));
+    for (std::size_t f = 0; f < yarn.size(); ++f) {
+      const double mismatch = mismatch_of(yarn, f).norm() / (2 * yarn.radius[f]);
+      if (mismatch <= result.mismatch) continue;
+      result.mismatch = mismatch;
+      worst_yarn = &yarn;
+      worst_fiber = f;
+    }
     result.lean = std::max(result.lean, lean.norm() / (2 * yarn.radius.front()));
+  }
+  if (result.mismatch > mismatch_max) refuse_mismatch(*worst_yarn, worst_fiber, result.mismatch);
+  for (YarnFibers& yarn : result.yarns) {
     measure(yarn);
     close_ends(yarn);
     cut_at_faces(yarn);

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "weave/snapshot.hpp"
@@ -15,6 +16,7 @@ struct YarnFibers {
   bool weft = false;
   Vec3 period = Vec3::Zero();               ///< along x or y [m]
   double first_face = 0, last_face = 0;     ///< coordinates of the faces that it runs through [m]
+  std::vector<int> number;                  ///< of the fibers, as in weave::Snapshot
   std::vector<std::vector<Vec3>> points;    ///< (fibers x points) [m]
   std::vector<std::vector<double>> share;   ///< of the fiber's length up to a point, 0 ... 1
   std::vector<double> length;               ///< [m]
@@ -23,6 +25,8 @@ struct YarnFibers {
 
   [[nodiscard]] std::size_t size() const { return points.size(); }
   [[nodiscard]] int axis() const { return weft ? 1 : 0; }
+  [[nodiscard]] std::string name() const;                      ///< "warp 3"
+  [[nodiscard]] std::string name_of(std::size_t fiber) const;  ///< "fiber 5 of warp 3"
   /// Point of a fiber at a share of its length, which may reach into the periods before and after.
   [[nodiscard]] Vec3 at(std::size_t fiber, double share_wanted) const;
   /// Mean over the fibers [m].
@@ -48,8 +52,15 @@ struct PeriodicYarns {
   double mismatch = 0;            ///< largest that was spread along a fiber, in fiber diameters
 };
 
+/// Distance up to which a fiber's end is drawn to where it goes on a period later [fiber diameters]. Successive cells of a woven cloth that
+/// is not quite steady differ by up to seven.
+inline constexpr double mismatch_max = 10;
+
+/// A place for a message: "(x, y, z) mm".
+std::string place_text(const Vec3& x);
+
 /// The yarns of a unit cell whose faces are x = x_min, x = x_max, y = 0 and y = cell_width. Throws std::invalid_argument naming what is
-/// wrong if it is no unit cell.
+/// wrong if it is no unit cell, with the worst fiber where the cell is not periodic.
 PeriodicYarns periodic_yarns(const weave::Snapshot& cell);
 
 /// The fibers of yarns as a snapshot of the cell that they are of, without tensions.

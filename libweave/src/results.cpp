@@ -178,7 +178,7 @@ void write_series(const std::filesystem::path& file, const std::vector<std::stri
 }
 
 void write_text_file(const std::filesystem::path& file, const std::string& text) {
-  {
+  try {
     errno = 0;
     std::ofstream out(part_of(file), std::ios::binary | std::ios::trunc);
     out << text;
@@ -186,8 +186,12 @@ void write_text_file(const std::filesystem::path& file, const std::string& text)
     if (!out)
       throw std::runtime_error(file.string() + ": cannot write " + part_of(file).string() +
                                (errno == 0 ? "" : ": " + std::generic_category().message(errno)));
+    replace_by_part(file);
+  } catch (...) {
+    std::error_code ignored;
+    std::filesystem::remove(part_of(file), ignored);
+    throw;
   }
-  replace_by_part(file);
 }
 
 }  // namespace weave

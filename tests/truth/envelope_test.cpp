@@ -1,5 +1,6 @@
 #include "relax/envelope.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -173,6 +174,42 @@ TEST(Envelope, IntermixedYarnsAreNamed) {
     FAIL() << "disjoint surfaces of intermixed yarns";
   } catch (const std::runtime_error& e) {
     EXPECT_THAT(e.what(), AllOf(HasSubstr("warp 0"), HasSubstr("warp 1"), HasSubstr("intermixed"), HasSubstr("fiber diameters at (")));
+  }
+}
+
+/// A warp of seven fibers of which the last bends away from the others by `radii` in the middle of the cell.
+weave::Snapshot straying_fiber(double radii) {
+  weave::Snapshot cell = scenes::empty_unit_cell(6e-3, 6e-3);
+  scenes::add_bundle(cell, {.yarn = 4, .side = 3e-3, .places = scenes::hexagon(1), .nodes = 120});
+  const auto first = static_cast<std::size_t>(cell.offset[6]);
+  for (std::size_t i = first; i < cell.x.size(); ++i)
+    cell.x[i].y() += 0.5 * radii * radius * (1 - std::cos(2 * pi * cell.x[i].x() / cell.cell_length));
+  return cell;
+}
+
+TEST(Envelope, FiberThatLeavesItsYarnIsNamed) {
+  const weave::Snapshot near = straying_fiber(8);
+  expect_sound(make_envelopes(near, {}), near);
+  // From (1, sqrt 3) to (17, sqrt 3) radii, the nearest fiber at (2, 0).
+  try {
+    make_envelopes(straying_fiber(16), {.ring_distance = 1});  // 60 rings, of which one lies in the middle
+    FAIL() << "a surface around a fiber that has left its yarn";
+  } catch (const std::runtime_error& e) {
+    EXPECT_THAT(e.what(), AllOf(HasSubstr("fiber 6 of warp 4 leaves its yarn: at (3, 3.85, 0.0866) mm"),
+                                HasSubstr(fmt::format("{:.3g} fiber diameters away", (std::sqrt(15.0 * 15.0 + 3) - 2) / 2))));
+  }
+}
+
+TEST(Envelope, CellThatIsNotPeriodicIsNamed) {
+  weave::Snapshot cell = scenes::empty_unit_cell(2e-3, 2e-3);
+  scenes::add_bundle(cell, {.yarn = 2, .weft = true, .side = 1e-3, .places = scenes::hexagon(1)});
+  cell.x.back().z() += 12 * diameter;
+  try {
+    make_envelopes(cell, {});
+    FAIL() << "a cell that is not periodic";
+  } catch (const std::invalid_argument& e) {
+    EXPECT_THAT(e.what(), AllOf(HasSubstr("not periodic"), HasSubstr("fiber 6 of weft 2 ends at (0.95, 2, 1.287) mm"),
+                                HasSubstr("12 fiber diameters from where")));
   }
 }
 

@@ -64,7 +64,17 @@ TEST_F(EnvelopeCommand, refuses_what_has_not_converged_before_any_work) {
 
 TEST_F(EnvelopeCommand, certifies_a_state_whose_file_does_not_say) {
   write_relaxed({});
-  expect_refused("gradient");
+  expect_refused("gradient of ");
+}
+
+TEST_F(EnvelopeCommand, leaves_no_old_summary_beside_new_files) {
+  write_relaxed("");
+  ASSERT_EQ(run(false), 0);
+  std::filesystem::remove(folder / "envelope" / "sections.h5");
+  std::filesystem::create_directory(folder / "envelope" / "sections.h5");
+  EXPECT_THROW(run(false), std::runtime_error);
+  EXPECT_FALSE(std::filesystem::exists(folder / "envelope" / "summary.json"));
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "envelope")) EXPECT_NE(entry.path().extension(), ".part");
 }
 
 TEST_F(EnvelopeCommand, takes_a_woven_cell) {

@@ -171,6 +171,12 @@ TEST_F(ResultsTest, TextFile) {
   EXPECT_FALSE(std::filesystem::exists(folder / "a.txt.part"));
 }
 
+TEST_F(ResultsTest, TextThatCanNotTakeItsPlaceLeavesNothing) {
+  std::filesystem::create_directory(folder / "a.txt");
+  EXPECT_THROW(write_text_file(folder / "a.txt", "text\n"), std::runtime_error);
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.txt.part"));
+}
+
 TEST_F(ResultsTest, Hdf5ArraysOfEveryType) {
   {
     Hdf5File out = Hdf5File::create(folder / "arrays.h5");

@@ -117,6 +117,7 @@ int envelope_command(const EnvelopeCommandOptions& options) {
 
   const std::filesystem::path output = options.output.empty() ? file.parent_path() / "envelope" : options.output;
   std::filesystem::create_directories(output);
+  std::filesystem::remove(output / "summary.json");  // it comes last: no old one stands beside new files
   std::vector<NamedSurface> surfaces;
   std::vector<weave::Table> tables;
   for (const relax::YarnEnvelope& e : envelopes.yarns) {

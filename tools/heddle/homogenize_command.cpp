@@ -39,6 +39,8 @@ SolvedCell solve_fine(const CompositeInput& input, const relax::Constituents& co
   SolvedCell solved;
   solved.cell = mesh_cell(input, fine);
   solved.mesh_wall = seconds_since(start);
+  std::filesystem::create_directories(folder);       // now that there is a mesh
+  std::filesystem::remove(folder / "summary.json");  // it comes last: no old one stands beside new files
   solved.result = solve(solved.cell.composite.mesh, input, constituents, options, folder, "calculix");
   return solved;
 }
@@ -94,7 +96,6 @@ int homogenize_command(const HomogenizeCommandOptions& options) {
   const relax::Constituents constituents = constituents_of(options, input.source_case);
   const double read_wall = seconds_since(start);
   const std::filesystem::path output = options.output.empty() ? options.input / "homogenized" : options.output;
-  std::filesystem::create_directories(output);
 
   const SolvedCell fine = solve_fine(input, constituents, options, output);
   const relax::VolumeMesh& mesh = fine.cell.composite.mesh;

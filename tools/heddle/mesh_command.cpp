@@ -26,6 +26,7 @@ int mesh_command(const CompositeOptions& options) {
 
   const std::filesystem::path output = options.output.empty() ? options.input / "mesh" : options.output;
   std::filesystem::create_directories(output);
+  std::filesystem::remove(output / "summary.json");  // it comes last: no old one stands beside new files
   const std::string title = input.case_name + ", unit cell";
   weave::write_text_file(output / "mesh.vtu", relax::vtu_text(mesh));
   weave::write_text_file(output / "mesh.msh", relax::gmsh_text(mesh));

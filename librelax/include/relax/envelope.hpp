@@ -85,8 +85,9 @@ struct Envelopes {
 /// of two yarns come nearer than the gap, points of both are moved apart.
 ///
 /// A cell whose fibers do not meet across its faces, as a woven one, is sheared upright and what is left spread along each fiber.
-/// Throws std::invalid_argument if the snapshot is not of a unit cell or an option is out of bounds; std::runtime_error where two yarns are
-/// intermixed too far for disjoint surfaces, naming both, place and size.
+/// Throws std::invalid_argument if the snapshot is not of a unit cell, its fibers lie farther apart across its faces than that, or an
+/// option is out of bounds; std::runtime_error where a fiber has left its yarn, or two yarns are intermixed too far for disjoint surfaces.
+/// It names yarns and fiber, place and size.
 Envelopes make_envelopes(const weave::Snapshot& cell, const EnvelopeOptions& options);
 
 /// The summary as JSON text, keys with units. `blocked_by`: what keeps a relaxed cell from being a certified minimum, else empty; wall time

@@ -107,7 +107,7 @@ struct Certificate {
   double pin_force_max = 0;      ///< largest force of a pin over the reference tension: what the pins against sliding hold
   double energy_error = 0;       ///< 1/2 g H^-1 g, by which the energy lies above the minimum of its parabola; infinite without one [J]
   bool converged = false;        ///< all of it holds
-  std::string blocked_by;        ///< what does not, and where; empty if converged
+  std::string blocked_by;        ///< what does not, by how much and where; empty if converged
 };
 
 struct MinimizeResult {

@@ -26,7 +26,7 @@ ResultsFile read_results(const std::filesystem::path& file);
 /// Writes ParaView's file series index (JSON, "file-series-version": "1.0") naming the files with their times.
 void write_series(const std::filesystem::path& file, const std::vector<std::string>& names, const std::vector<double>& times);
 
-/// Writes text aside and renames.
+/// Writes text aside and renames. Throws std::runtime_error naming file and cause; what was written aside is gone then.
 void write_text_file(const std::filesystem::path& file, const std::string& text);
 
 }  // namespace weave
