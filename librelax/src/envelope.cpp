@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 
@@ -111,6 +112,15 @@ double face_mismatch(const YarnEnvelope& e, std::size_t turn) {
 }
 
 }  // namespace
+
+std::vector<double> continuous_rotation(const std::vector<YarnSection>& sections) {
+  std::vector<double> rotation;
+  for (const YarnSection& s : sections) {
+    const double steps = rotation.empty() ? 0 : std::round((rotation.back() - s.rotation) / std::numbers::pi);
+    rotation.push_back(s.rotation + steps * std::numbers::pi);
+  }
+  return rotation;
+}
 
 Envelopes make_envelopes(const weave::Snapshot& cell, const EnvelopeOptions& options) {
   check(options);

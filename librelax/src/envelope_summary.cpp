@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "relax/envelope.hpp"
 #include "relax/version.hpp"
@@ -6,6 +8,30 @@
 #include "weave/peak_memory.hpp"
 
 namespace relax {
+namespace {
+
+/// Mean and extremes over the sections of a yarn, of which the last is the first one's image.
+nlohmann::ordered_json spread_of(const std::vector<double>& values) {
+  const auto [least, largest] = std::minmax_element(values.begin(), values.end());
+  return {{"mean", std::accumulate(values.begin(), values.end() - 1, 0.0) / static_cast<double>(values.size() - 1)},
+          {"min", *least},
+          {"max", *largest}};
+}
+
+nlohmann::ordered_json sections_json(const std::vector<YarnSection>& sections) {
+  const auto each = [&](double YarnSection::*value) {
+    std::vector<double> values;
+    for (const YarnSection& s : sections) values.push_back(s.*value);
+    return spread_of(values);
+  };
+  return {{"width_m", each(&YarnSection::width)},
+          {"height_m", each(&YarnSection::height)},
+          {"area_m2", each(&YarnSection::area)},
+          {"fiber_volume_fraction", each(&YarnSection::fiber_volume_fraction)},
+          {"rotation_rad", spread_of(continuous_rotation(sections))}};
+}
+
+}  // namespace
 
 std::string envelope_summary_json(const weave::Snapshot& cell, const EnvelopeOptions& options, const Envelopes& envelopes,
                                   const std::string& case_name, const std::string& blocked_by, double wall) {
@@ -28,7 +54,8 @@ std::string envelope_summary_json(const weave::Snapshot& cell, const EnvelopeOpt
                      {"volume_m3", e.volume},
                      {"volume_moved_m3", e.volume_moved},
                      {"volume_ratio", e.volume / e.fiber_space},
-                     {"fiber_volume_fraction", e.fiber_volume / e.volume}});
+                     {"fiber_volume_fraction", e.fiber_volume / e.volume},
+                     {"sections", sections_json(e.sections)}});
   }
   const double cell_volume = (cell.x_max - cell.x_min) * cell.cell_width * measures.thickness;
   const EnvelopeReport& r = envelopes.report;

@@ -117,6 +117,8 @@ TEST(Envelope, RibbonTurnsOver) {
     EXPECT_NEAR(s.width, 14 * radius, 0.02 * 14 * radius);
     EXPECT_NEAR(std::abs(std::sin(s.rotation - pi * s.arc / 8e-3)), 0, 0.03);
   }
+  const std::vector<double> rotation = continuous_rotation(e.sections);
+  for (std::size_t i = 0; i < rotation.size(); ++i) EXPECT_NEAR(rotation[i] - rotation[0], pi * e.sections[i].arc / 8e-3, 0.06) << i;
 }
 
 /// A warp and a weft that cross, their fibers overlapping by a share of a diameter.

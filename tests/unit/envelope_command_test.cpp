@@ -53,6 +53,16 @@ TEST_F(EnvelopeCommand, takes_a_certified_minimum) {
   write_relaxed("");
   EXPECT_EQ(run(false), 0);
   EXPECT_EQ(summary()["cell_blocked_by"], "");
+  for (const char* picture : {"section_x.png", "section_y.png", "sections_warps.png", "sections_wefts.png"})
+    EXPECT_GT(std::filesystem::file_size(folder / "envelope" / picture), 1000U) << picture;
+  constexpr double diameter = 1e-4;  // [m]
+  for (const nlohmann::json& yarn : summary()["by_yarn"]) {
+    // Of a single fiber: its circle, as a polygon of eight or more points, down to a share of cos(pi / 8) as wide.
+    const nlohmann::json& width = yarn["sections"]["width_m"];
+    EXPECT_LE(width["min"], width["mean"]);
+    EXPECT_LE(width["mean"], width["max"]);
+    EXPECT_NEAR(width["mean"], diameter, 0.08 * diameter);
+  }
 }
 
 TEST_F(EnvelopeCommand, refuses_what_has_not_converged_before_any_work) {

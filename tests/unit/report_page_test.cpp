@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <string>
 
 #include "heddle/base64.hpp"
@@ -74,6 +75,21 @@ TEST(PageTables, stiffness_stands_beside_what_the_summary_has) {
       {{"ex_Pa", 2e9}, {"nu_xy", 0.3}, {"reuss_ex_Pa", 1e9}, {"reuss_nu_xy", 0.1}, {"laminate_ex_Pa", 2.5e9}, {"laminate_nu_xy", 0.2}});
   EXPECT_THAT(bounded.columns, ElementsAre("", "CalculiX", "Reuss", "laminate"));
   EXPECT_THAT(bounded.rows, ElementsAre(ElementsAre("ex", "2", "1", "2.5"), ElementsAre("nu_xy", "0.3", "", "0.2")));
+}
+
+TEST(PageTables, sections_are_in_millimeters_and_degrees) {
+  const auto spread = [](double mean) { return nlohmann::ordered_json{{"mean", mean}, {"min", 0.5 * mean}, {"max", 2 * mean}}; };
+  const heddle::PageTable table = heddle::section_table({{"by_yarn",
+                                                          {{{"yarn", 3},
+                                                            {"weft", true},
+                                                            {"sections",
+                                                             {{"width_m", spread(1e-3)},
+                                                              {"height_m", spread(2e-4)},
+                                                              {"area_m2", spread(3e-7)},
+                                                              {"fiber_volume_fraction", spread(0.4)},
+                                                              {"rotation_rad", spread(std::numbers::pi / 18)}}}}}}});
+  EXPECT_THAT(table.rows, ElementsAre(ElementsAre("weft 3", "1 (0.5 \u2026 2)", "0.2 (0.1 \u2026 0.4)", "0.3 (0.15 \u2026 0.6)",
+                                                  "0.4 (0.2 \u2026 0.8)", "10 (5 \u2026 20)")));
 }
 
 TEST_F(ReportPage, shows_yarns_in_millimeters) {

@@ -4,11 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
 #include "heddle/draft.hpp"
 #include "heddle/plot.hpp"
+#include "relax/relaxed_file.hpp"
+#include "scenes/cells.hpp"
 #include "scenes/own_folder.hpp"
 #include "unit/synthetic_cloth.hpp"
 #include "weave/results.hpp"
@@ -80,6 +83,24 @@ TEST_F(ViewTest, FolderWithCellGivesEveryPicture) {
     EXPECT_GT(std::filesystem::file_size(file), 1000U) << file;
   }
   EXPECT_EQ(png_size(folder / "pictures" / "curve_reed_load.png")[1], 304);
+}
+
+TEST_F(ViewTest, RelaxedCellShowsHowItConverged) {
+  const scenes::PlainWeave weave{.fibers = 1, .pitch = 4e-4};
+  const scenes::PosedCell start = scenes::plain_weave_cell(weave, 0.2, 1);
+  std::vector<relax::MinimizeProgress> history(30);
+  for (std::size_t i = 0; i < history.size(); ++i) {
+    history[i].energy = 1e-5 + (i + 1 < history.size() ? std::pow(0.3, i) * 1e-6 : 0);
+    history[i].gradient_max = std::pow(0.4, i);
+    history[i].first_order = i < 20;
+  }
+  relax::write_relaxed(folder / "relax.vtkhdf",
+                       {start.cell, start.unknowns(), history, weave::to_toml(scenes::plain_weave(weave)), "", "test", ""});
+  const std::vector<std::filesystem::path> files = view({.results = folder, .output = folder / "pictures", .width_px = 800});
+  ASSERT_THAT(names(files), Contains("curve_convergence.png"));
+  EXPECT_EQ(png_size(folder / "pictures" / "curve_convergence.png")[1], 560);
+  EXPECT_THAT(names(view({.results = write_folder() / "weave.vtkhdf", .output = folder / "woven", .width_px = 800})),
+              ::testing::Not(Contains("curve_convergence.png")));
 }
 
 TEST_F(ViewTest, VectorFormatsAndStress) {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <stdexcept>
 
 #include "heddle/picture.hpp"
@@ -53,15 +52,7 @@ struct Curves {
 
   void draw(const std::string& name, const std::vector<Plot>& plots, const std::vector<double>& heights) {
     const std::filesystem::path file = folder / ("curve_" + name + "." + extension);
-    const double unit = width_px / 1600.0;
-    const double total = std::accumulate(heights.begin(), heights.end(), 0.0);
-    Canvas canvas(file, width_px, static_cast<int>(std::lround(total * unit)));
-    double top = 0;
-    for (std::size_t i = 0; i < plots.size(); ++i) {
-      draw_plot(canvas, plots[i], {0, top}, width_px, heights[i] * unit, unit);
-      top += heights[i] * unit;
-    }
-    canvas.finish();
+    draw_plots(file, plots, heights, width_px);
     written.push_back(file);
   }
 };
@@ -135,6 +126,49 @@ void draw_curves(const weave::History& history, const ViewOptions& options, std:
   draw_warp_tension(curves);
   draw_energy(curves);
   draw_overlap(curves);
+}
+
+void draw_convergence(const std::vector<relax::MinimizeProgress>& history, const ViewOptions& options,
+                      std::vector<std::filesystem::path>& written) {
+  if (history.empty()) return;
+  const double end = history.back().energy, scale = end != 0 ? std::abs(end) : 1;
+  Plot gradient, energy;
+  gradient.title = "Convergence of the relaxation";
+  gradient.v_label = "gradient / reference tension";
+  energy.v_label = "energy above its end / end";
+  energy.u_label = "iteration";
+  bool named[2] = {false, false};
+  for (std::size_t first = 0, last = 0; first < history.size(); first = last) {
+    const bool first_order = history[first].first_order;
+    Series g{named[first_order] ? "" : first_order ? "first-order phase" : "Newton's method", first_order ? blue : red, {}, {}};
+    named[first_order] = true;
+    Series e{"", g.color, {}, {}};
+    for (last = first; last < history.size() && history[last].first_order == first_order; ++last) {
+      const auto iteration = static_cast<double>(last);
+      if (history[last].gradient_max > 0) {
+        g.u.push_back(iteration);
+        g.v.push_back(history[last].gradient_max);
+      }
+      if (history[last].energy > end) {
+        e.u.push_back(iteration);
+        e.v.push_back((history[last].energy - end) / scale);
+      }
+    }
+    if (first_order)
+      for (Plot* plot : {&gradient, &energy})
+        plot->bands.insert(plot->bands.end(), {static_cast<double>(first), static_cast<double>(last)});
+    if (!g.u.empty()) gradient.series.push_back(std::move(g));
+    if (!e.u.empty()) energy.series.push_back(std::move(e));
+  }
+  std::vector<Plot> plots;
+  for (Plot* plot : {&gradient, &energy}) {
+    plot->log_v = true;
+    plot->bands.push_back(static_cast<double>(history.size() - 1));  // the same iterations in both
+    if (!plot->series.empty()) plots.push_back(std::move(*plot));
+  }
+  if (plots.empty()) return;
+  written.push_back(options.output / ("curve_convergence." + options.format));
+  draw_plots(written.back(), plots, std::vector<double>(plots.size(), 560), options.width_px);
 }
 
 }  // namespace heddle

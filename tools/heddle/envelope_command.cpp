@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "heddle/edge_length.hpp"
+#include "heddle/section_plots.hpp"
 #include "heddle/section_views.hpp"
 #include "heddle/surface_files.hpp"
 #include "heddle/texgen_file.hpp"
@@ -128,6 +129,8 @@ int envelope_command(const EnvelopeCommandOptions& options) {
   weave::write_tables(output / "sections.h5", tables);
   weave::write_results(output / "fibers.vtkhdf", {envelopes.fibers, {}, results.case_toml, relax::version()});
   draw_sections(results, envelopes, output);
+  draw_section_data(envelopes.yarns, false, output / "sections_warps.png");
+  draw_section_data(envelopes.yarns, true, output / "sections_wefts.png");
   for (const std::string& format : options.formats) {
     if (format == "tg3") {  // sections, and all yarns in one
       weave::write_text_file(output / "yarns.tg3", texgen_text(envelopes, case_name));

@@ -4,10 +4,20 @@
 
 #include <array>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 namespace heddle {
+namespace {
 
 using nlohmann::ordered_json;
+
+/// A mean with its extremes, {"mean", "min", "max"} of a summary, in a unit of which `factor` make one of the base.
+std::string spread_text(const ordered_json& spread, double factor) {
+  return fmt::format("{:.4g} ({:.4g} \u2026 {:.4g})", factor * spread.at("mean").get<double>(), factor * spread.at("min").get<double>(),
+                     factor * spread.at("max").get<double>());
+}
+
+}  // namespace
 
 PageTable stiffness_table(const ordered_json& summary) {
   struct Source {
@@ -31,6 +41,19 @@ PageTable stiffness_table(const ordered_json& summary) {
       row.push_back(meant ? fmt::format("{:.4g}", (modulus ? 1e-9 : 1) * summary.at(s.prefix + key).get<double>()) : "");
     }
     table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+PageTable section_table(const ordered_json& summary) {
+  PageTable table{"Sections by yarn: mean (least \u2026 largest)",
+                  {"yarn", "width [mm]", "height [mm]", "area [mm\u00b2]", "fiber volume fraction", "rotation [\u00b0]"},
+                  {}};
+  for (const ordered_json& yarn : summary.at("by_yarn")) {
+    const ordered_json& s = yarn.at("sections");
+    table.rows.push_back({fmt::format("{} {}", yarn.at("weft").get<bool>() ? "weft" : "warp", yarn.at("yarn").get<int>()),
+                          spread_text(s.at("width_m"), 1e3), spread_text(s.at("height_m"), 1e3), spread_text(s.at("area_m2"), 1e6),
+                          spread_text(s.at("fiber_volume_fraction"), 1), spread_text(s.at("rotation_rad"), 180 / std::numbers::pi)});
   }
   return table;
 }

@@ -9,4 +9,7 @@ namespace heddle {
 /// has.
 PageTable stiffness_table(const nlohmann::ordered_json& summary);
 
+/// Width, height, area, fiber volume fraction and rotation of each yarn's sections, mean and extremes, from the summary of heddle envelope.
+PageTable section_table(const nlohmann::ordered_json& summary);
+
 }  // namespace heddle

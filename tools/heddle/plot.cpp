@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 namespace heddle {
 
@@ -16,6 +17,15 @@ double tick_step(double low, double high, double count) {
   for (const double factor : {1.0, 2.0, 5.0})
     if (rough <= factor * power * (1 + 1e-9)) return factor * power;
   return 10 * power;
+}
+
+/// "10" with the exponent raised.
+std::string power_label(double exponent) {
+  static constexpr std::array<const char*, 10> raised = {"\u2070", "\u00b9", "\u00b2", "\u00b3", "\u2074",
+                                                         "\u2075", "\u2076", "\u2077", "\u2078", "\u2079"};
+  std::string label = "10";
+  for (const char c : fmt::format("{:.0f}", exponent)) label += c == '-' ? "\u207b" : raised.at(static_cast<std::size_t>(c - '0'));
+  return label;
 }
 
 void draw_legend(Canvas& canvas, const std::vector<Series>& series, Point right_center, double unit) {
@@ -63,12 +73,13 @@ void draw_axes(Canvas& canvas, const Frame& frame, const std::string& u_label, c
     canvas.line({{x, frame.bottom()}, {x, frame.bottom() + mark}}, ink, 1.2 * unit);
     canvas.text({x, frame.bottom() + 1.7 * mark}, tick_label(u, u_step), number, {0.5, 0});
   }
-  const std::vector<double> v_ticks = ticks(frame.v_min, frame.v_max, std::max(2.5, frame.height / (60 * unit)));
+  std::vector<double> v_ticks = ticks(frame.v_min, frame.v_max, std::max(2.5, frame.height / (60 * unit)));
+  if (frame.v_log) std::erase_if(v_ticks, [](double v) { return std::abs(v - std::round(v)) > 1e-6; });
   const double v_step = v_ticks.size() > 1 ? v_ticks[1] - v_ticks[0] : 1;
   double widest = 0;
   for (const double v : v_ticks) {
     const double y = frame.at(frame.u_min, v).y;
-    const std::string label = tick_label(v, v_step);
+    const std::string label = frame.v_log ? power_label(std::round(v)) : tick_label(v, v_step);
     widest = std::max(widest, canvas.text_width(label, number));
     if (grid) canvas.line({{frame.top_left.x, y}, {frame.right(), y}}, grid_gray, unit);
     canvas.line({{frame.top_left.x - mark, y}, {frame.top_left.x, y}}, ink, 1.2 * unit);
@@ -95,14 +106,17 @@ void draw_plot(Canvas& canvas, const Plot& plot, Point top_left, double width, d
   frame.width = width - 140 * unit;
   frame.height = height - 126 * unit;
 
+  frame.v_log = plot.log_v;
+  const auto scaled = [&](double v) { return plot.log_v ? std::log10(v) : v; };
+
   double u_low = INFINITY, u_high = -INFINITY, v_low = plot.from_zero ? 0 : INFINITY, v_high = -INFINITY;
   for (const Series& s : plot.series)
     for (std::size_t i = 0; i < s.u.size(); ++i) {
       u_low = std::min(u_low, s.u[i]);
       u_high = std::max(u_high, s.u[i]);
       const double error = s.error.empty() || std::isnan(s.error[i]) ? 0 : s.error[i];
-      v_low = std::min(v_low, s.v[i] - error);
-      v_high = std::max(v_high, s.v[i] + error);
+      v_low = std::min(v_low, scaled(s.v[i] - error));
+      v_high = std::max(v_high, scaled(s.v[i] + error));
     }
   for (const double band : plot.bands) {
     u_low = std::min(u_low, band);
@@ -125,10 +139,10 @@ void draw_plot(Canvas& canvas, const Plot& plot, Point top_left, double width, d
   canvas.clip(frame.top_left, frame.width, frame.height);
   for (const Series& s : plot.series) {
     std::vector<Point> points;
-    for (std::size_t i = 0; i < s.u.size(); ++i) points.push_back(frame.at(s.u[i], s.v[i]));
+    for (std::size_t i = 0; i < s.u.size(); ++i) points.push_back(frame.at(s.u[i], scaled(s.v[i])));
     for (std::size_t i = 0; i < s.error.size(); ++i) {
       if (std::isnan(s.error[i])) continue;
-      const Point low = frame.at(s.u[i], s.v[i] - s.error[i]), high = frame.at(s.u[i], s.v[i] + s.error[i]);
+      const Point low = frame.at(s.u[i], scaled(s.v[i] - s.error[i])), high = frame.at(s.u[i], scaled(s.v[i] + s.error[i]));
       canvas.line({low, high}, s.color, 1.5 * unit);
       for (const Point& end : {low, high}) canvas.line({{end.x - 6 * unit, end.y}, {end.x + 6 * unit, end.y}}, s.color, 1.5 * unit);
     }
@@ -140,6 +154,18 @@ void draw_plot(Canvas& canvas, const Plot& plot, Point top_left, double width, d
   canvas.unclip();
   canvas.text({frame.top_left.x, top_left.y + 30 * unit}, plot.title, {.size = 21 * unit, .color = ink, .bold = true});
   draw_legend(canvas, plot.series, {frame.right(), top_left.y + 30 * unit}, unit);
+}
+
+void draw_plots(const std::filesystem::path& file, const std::vector<Plot>& plots, const std::vector<double>& heights, int width_px) {
+  const double unit = width_px / 1600.0;
+  const double total = std::accumulate(heights.begin(), heights.end(), 0.0);
+  Canvas canvas(file, width_px, static_cast<int>(std::lround(total * unit)));
+  double top = 0;
+  for (std::size_t i = 0; i < plots.size(); ++i) {
+    draw_plot(canvas, plots[i], {0, top}, width_px, heights[i] * unit, unit);
+    top += heights[i] * unit;
+  }
+  canvas.finish();
 }
 
 }  // namespace heddle

@@ -1,4 +1,5 @@
 #pragma once
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@ struct Frame {
   Point top_left;
   double width = 0, height = 0;  ///< [px]
   double u_min = 0, u_max = 1, v_min = 0, v_max = 1;
+  bool v_log = false;  ///< v are powers of ten
 
   [[nodiscard]] Point at(double u, double v) const {
     return {top_left.x + (u - u_min) / (u_max - u_min) * width, top_left.y + (v_max - v) / (v_max - v_min) * height};
@@ -48,9 +50,14 @@ struct Plot {
   std::vector<Series> series;
   std::vector<double> bands;  ///< where bands of alternating background begin, and where the last one ends
   bool from_zero = false;     ///< v starts at 0
+  bool log_v = false;         ///< v, all above 0, on a scale of powers of ten
 };
 
 /// Draws the plot with its title, axes and legend into a rectangle of the page.
 void draw_plot(Canvas& canvas, const Plot& plot, Point top_left, double width, double height, double unit);
+
+/// Draws plots one below the other into a file of their own, as high as `heights` say on a page 1600 px wide. Throws std::runtime_error
+/// naming the file if it can not be written.
+void draw_plots(const std::filesystem::path& file, const std::vector<Plot>& plots, const std::vector<double>& heights, int width_px);
 
 }  // namespace heddle

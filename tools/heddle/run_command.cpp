@@ -127,6 +127,7 @@ std::vector<std::string> keys_of(const std::string& stage) {
 
 /// What a stage's figures look like side by side.
 std::vector<PageTable> tables_of(const std::string& stage, const ordered_json& summary) {
+  if (stage == "envelope") return {section_table(summary)};
   if (stage == "homogenize") return {stiffness_table(summary)};
   return {};
 }

@@ -8,6 +8,7 @@
 #include "heddle/curves.hpp"
 #include "heddle/outside_views.hpp"
 #include "heddle/section_views.hpp"
+#include "relax/relaxed_file.hpp"
 #include "weave/results.hpp"
 
 namespace heddle {
@@ -54,6 +55,7 @@ std::vector<std::filesystem::path> view(const ViewOptions& options) {
                    next(fmt::format("section_{}_{:.3f}mm", plane.axis == weave::SectionAxis::x ? "x" : "y", plane.value * mm)));
   }
   draw_curves(main.history, options, written);
+  if (relax::is_relaxed(main_file)) draw_convergence(relax::read_relaxed(main_file).history, options, written);
   return written;
 }
 

@@ -17,10 +17,10 @@ struct ViewOptions {
   int width_px = 1600;                  ///< of every picture [px]
 };
 
-/// Draws the side view, the view from above, cross-sections and, where the file has a history, its curves. By default sections lie
-/// through the middle of the last weft column, between the last two columns, and along the warps of each section. Where the folder has
-/// a unit cell, the views and sections are of the cell, and a side view of the whole loom is drawn beside them.
-/// Returns the files written. Throws std::runtime_error naming file or option and what is wrong with it.
+/// Draws the side view, the view from above, cross-sections and, where the file has a history, its curves; of a relaxed cell how it
+/// converged. By default sections lie through the middle of the last weft column, between the last two columns, and along the warps of each
+/// section. Where the folder has a unit cell, the views and sections are of the cell, and a side view of the whole loom is drawn beside
+/// them. Returns the files written. Throws std::runtime_error naming file or option and what is wrong with it.
 std::vector<std::filesystem::path> view(const ViewOptions& options);
 
 }  // namespace heddle

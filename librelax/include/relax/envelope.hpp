@@ -20,6 +20,9 @@ struct YarnSection {
   double fiber_volume_fraction = 0;  ///< solid area of the fibers / area
 };
 
+/// The rotation of successive sections without its steps of pi: the axis of a section points both ways [rad].
+std::vector<double> continuous_rotation(const std::vector<YarnSection>& sections);
+
 /// Surface of one yarn over one period: rings of points around its fibers, one ring for each section, joined by triangles and capped flat
 /// on the two faces of the cell that it runs through. It holds the yarn whole, also where that lies across the other pair of faces.
 struct YarnEnvelope {
