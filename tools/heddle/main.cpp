@@ -178,13 +178,13 @@ int main(int argc, char** argv) {
 
   heddle::PipelineOptions pipeline;
   CLI::App* run_app = app.add_subcommand(
-      "run", "Weave a case, relax its cell, make the yarns' surfaces and the composite's stiffness, and a page of it all");
+      "run", "Weave a case, relax its cell, make the yarns' surfaces, the meshes and the composite's stiffness, and a page of it all");
   run_app->add_option("case", pipeline.case_file, "case file (TOML), or a folder with a case.toml")->required();
   run_app->add_option("-o,--output", pipeline.output, "results folder (default results/NAME)");
   add_case_changes(*run_app, pipeline.overrides);
   run_app->add_option("--until", pipeline.until, "last stage")
       ->capture_default_str()
-      ->check(CLI::IsMember({"weave", "relax", "envelope", "homogenize"}));
+      ->check(CLI::IsMember({"weave", "relax", "envelope", "mesh", "homogenize"}));
   run_app->add_option("--fibers", pipeline.fibers, "digital fibers a yarn of the relaxed cell (default as woven)")
       ->check(CLI::Range(1, 1000));
   run_app->add_option("--pressure", pipeline.pressure, "of platens above and below the relaxed cell [Pa]")->check(CLI::NonNegativeNumber);

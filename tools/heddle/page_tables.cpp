@@ -58,4 +58,12 @@ PageTable section_table(const ordered_json& summary) {
   return table;
 }
 
+PageTable wall_table(const ordered_json& summary) {
+  PageTable table{"Wall time", {"stage", "[s]"}, {}};
+  for (const auto& [stage, seconds] : summary.at("stage_wall_s").items())
+    table.rows.push_back({stage, fmt::format("{:.4g}", seconds.get<double>())});
+  table.rows.push_back({"all", fmt::format("{:.4g}", summary.at("wall_s").get<double>())});
+  return table;
+}
+
 }  // namespace heddle

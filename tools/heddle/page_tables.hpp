@@ -12,4 +12,7 @@ PageTable stiffness_table(const nlohmann::ordered_json& summary);
 /// Width, height, area, fiber volume fraction and rotation of each yarn's sections, mean and extremes, from the summary of heddle envelope.
 PageTable section_table(const nlohmann::ordered_json& summary);
 
+/// Wall time of each stage and of all, from the summary of heddle run.
+PageTable wall_table(const nlohmann::ordered_json& summary);
+
 }  // namespace heddle

@@ -177,6 +177,7 @@ std::string report_page(const PageContent& content) {
       escaped(content.title), page_style, escaped(content.subtitle));
   if (!content.yarns.empty()) html += yarns_section(content.yarns);
   for (const PageStage& stage : content.stages) html += stage_section(stage);
+  for (const PageTable& table : content.tables) html += table_section(table);
   html +=
       "<h2>Case</h2>\n<details><summary>with every default written out</summary><pre>" + escaped(content.case_toml) + "</pre></details>\n";
   return html + "</body></html>\n";

@@ -31,6 +31,7 @@ struct PageContent {
   std::string title, subtitle, case_toml;
   std::vector<PageStage> stages;
   std::vector<PageYarn> yarns;
+  std::vector<PageTable> tables = {};  ///< of all stages together
 };
 
 /// The page as HTML that needs no other file and no network: pictures and surfaces are in it, and three.js where the machine has it

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -12,6 +13,7 @@
 #include "heddle/edge_length.hpp"
 #include "heddle/envelope_command.hpp"
 #include "heddle/homogenize_command.hpp"
+#include "heddle/mesh_command.hpp"
 #include "heddle/page_tables.hpp"
 #include "heddle/relax_command.hpp"
 #include "heddle/report_page.hpp"
@@ -27,7 +29,7 @@ namespace {
 using nlohmann::ordered_json;
 using std::filesystem::path;
 
-constexpr std::array<const char*, 4> stage_names = {"weave", "relax", "envelope", "homogenize"};
+constexpr std::array<const char*, 5> stage_names = {"weave", "relax", "envelope", "mesh", "homogenize"};
 
 /// Content of a JSON file; null where there is none or it is not whole.
 ordered_json read_json(const path& file) {
@@ -56,10 +58,13 @@ class Pipeline {
     }
     std::filesystem::create_directories(folder_of(stage));
     weave::write_text_file(file, ordered_json{{"inputs", inputs_}, {"finished", false}}.dump(2) + "\n");
+    const auto start = std::chrono::steady_clock::now();
     const int status = work(same);
+    const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     const bool has_results = std::filesystem::exists(folder_of(stage) / "summary.json");
     if (has_results && status < 2)
-      weave::write_text_file(file, ordered_json{{"inputs", inputs_}, {"finished", true}, {"status", status}}.dump(2) + "\n");
+      weave::write_text_file(file,
+                             ordered_json{{"inputs", inputs_}, {"finished", true}, {"status", status}, {"wall_s", wall}}.dump(2) + "\n");
     return status;
   }
 
@@ -122,6 +127,17 @@ std::vector<std::string> keys_of(const std::string& stage) {
             "fiber_volume_fraction",
             "wall_s"};
   }
+  if (stage == "mesh") {
+    return {"elements",
+            "element_shape",
+            "nodes",
+            "voxels",
+            "dihedral_min_rad",
+            "flat_elements_share",
+            "fiber_volume_fraction",
+            "yarn_volume_fraction",
+            "wall_s"};
+  }
   return {"elements", "fiber", "matrix", "micromechanics", "stiffness_order", "stiffness_Pa", "mesh_error", "wall_s"};
 }
 
@@ -155,17 +171,19 @@ void draw(const path& folder) {
 int run_command(const PipelineOptions& options) {
   const weave::Case c = weave::load_case(options.case_file, options.overrides);
   const auto last = std::find(stage_names.begin(), stage_names.end(), options.until);
-  if (last == stage_names.end()) throw std::invalid_argument("--until " + options.until + ": must be weave, relax, envelope or homogenize");
+  if (last == stage_names.end())
+    throw std::invalid_argument("--until " + options.until + ": must be weave, relax, envelope, mesh or homogenize");
   HomogenizeCommandOptions homogenize_options;
   homogenize_options.fiber = options.fiber;
   homogenize_options.elements = options.elements;
   homogenize_options.tetrahedra = options.tetrahedra;
   parse_edge_length(options.edge_length);
-  if (options.until == stage_names.back()) constituents_of(homogenize_options, c);  // what it can not take is said before the weaving
+  if (last >= std::find(stage_names.begin(), stage_names.end(), std::string("mesh")))
+    constituents_of(homogenize_options, c);  // what it can not take is said before the weaving
   const path output = options.output.empty() ? path("results") / c.name : options.output;
   Pipeline pipeline(output);
   const path woven = pipeline.folder_of("weave"), relaxed = pipeline.folder_of("relax"), envelope = pipeline.folder_of("envelope"),
-             homogenized = pipeline.folder_of("homogenize");
+             meshed = pipeline.folder_of("mesh"), homogenized = pipeline.folder_of("homogenize");
 
   const auto weave_stage = [&] {
     return pipeline.run("weave", {{"version", weave::version()}, {"case", weave::to_toml(c)}}, [&](bool unfinished) {
@@ -214,30 +232,41 @@ int run_command(const PipelineOptions& options) {
       EnvelopeCommandOptions o;
       o.input = relaxed;
       o.output = envelope;
-      o.formats = {"off", "vtp", "stl"};
+      o.formats = envelope_formats;
       o.edge_length = options.edge_length;
       o.unconverged = options.unconverged;
       return envelope_command(o);
     });
   };
-  const auto homogenize_stage = [&] {
+  const auto mesh_stage = [&] {
     ordered_json inputs = {{"elements", options.elements}};
     if (options.tetrahedra) inputs["tetrahedra"] = true;
     if (!options.fiber.empty()) inputs["fiber"] = options.fiber;
-    return pipeline.run("homogenize", inputs, [&](bool) {
+    return pipeline.run("mesh", inputs, [&](bool) {
+      CompositeOptions o = homogenize_options;
+      o.input = envelope;
+      o.output = meshed;
+      o.quadratic = options.tetrahedra;  // as it is homogenized
+      return mesh_command(o);
+    });
+  };
+  const auto homogenize_stage = [&] {
+    return pipeline.run("homogenize", ordered_json::object(), [&](bool) {
       HomogenizeCommandOptions o = homogenize_options;
       o.input = envelope;
       o.output = homogenized;
       return homogenize_command(o);
     });
   };
-  const std::array<std::function<int()>, 4> stages = {weave_stage, relax_stage, envelope_stage, homogenize_stage};
-  constexpr std::array<const char*, 4> titles = {"Weaving", "Relaxation", "Yarn envelopes", "Stiffness of the composite"};
+  const std::array<std::function<int()>, 5> stages = {weave_stage, relax_stage, envelope_stage, mesh_stage, homogenize_stage};
+  constexpr std::array<const char*, 5> titles = {"Weaving", "Relaxation", "Yarn envelopes", "Mesh", "Stiffness of the composite"};
 
   PageContent page;
   page.title = c.name;
   page.subtitle = c.title;
   page.case_toml = weave::to_toml(c);
+  ordered_json walls = ordered_json::object();
+  double wall = 0;
   int status = 0;
   for (std::size_t i = 0; i <= static_cast<std::size_t>(last - stage_names.begin()) && status == 0; ++i) {
     try {
@@ -252,8 +281,14 @@ int run_command(const PipelineOptions& options) {
     page.stages.push_back({titles[i], folder / "summary.json", keys_of(stage_names[i]), std::move(pictures),
                            tables_of(stage_names[i], read_json(folder / "summary.json"))});
     if (stage_names[i] == std::string("envelope") && status == 0) page.yarns = yarns_of(envelope);
+    walls[stage_names[i]] = read_json(folder / "stage.json").value("wall_s", 0.0);
+    wall += walls[stage_names[i]].get<double>();
   }
   if (!page.stages.empty()) {
+    const ordered_json summary = {{"tool", "run"},    {"case", c.name}, {"version", weave::version()}, {"until", options.until},
+                                  {"status", status}, {"wall_s", wall}, {"stage_wall_s", walls}};
+    weave::write_text_file(output / "summary.json", summary.dump(2) + "\n");
+    page.tables.push_back(wall_table(summary));
     weave::write_text_file(output / "report.html", report_page(page));
     fmt::print("{}: stages in {}, all of them in {}\n", c.name, output.string(), (output / "report.html").string());
   }

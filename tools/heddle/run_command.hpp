@@ -12,7 +12,7 @@ struct PipelineOptions {
   std::filesystem::path case_file;
   std::filesystem::path output;          ///< default ./results/NAME
   std::vector<std::string> overrides;    ///< key.path=value
-  std::string until = "homogenize";      ///< last stage: "weave", "relax", "envelope" or "homogenize"
+  std::string until = "homogenize";      ///< last stage: "weave", "relax", "envelope", "mesh" or "homogenize"
   int fibers = 0;                        ///< per yarn, of the relaxed cell; 0: as woven
   double pressure = 0;                   ///< of platens, in the relaxation [Pa]
   std::optional<double> load_x, load_y;  ///< under which the lengths of the relaxed cell are free [N]; none: as woven
@@ -24,11 +24,11 @@ struct PipelineOptions {
   bool quiet = false;
 };
 
-/// Weaves a case, relaxes its last unit cell, makes the yarns' surfaces and the stiffness of the composite, each stage with its pictures in
-/// a folder of its own, and report.html, which shows all of them. A stage whose inputs (case, options, program version, the stages before)
-/// are those of its last finished run is kept as it is; an interrupted weave or relaxation goes on from its checkpoint. Returns the exit
-/// status: 0 done, else that of the stage that stopped it, 2 where it threw, with its name and message on standard error; the page then
-/// shows the stages before.
+/// Weaves a case, relaxes its last unit cell, makes the yarns' surfaces in all formats, the meshes and decks and the stiffness of the
+/// composite, each stage with its pictures in a folder of its own, summary.json with the wall time of each stage's last run, and
+/// report.html, which shows all of them. A stage whose inputs (case, options, program version, the stages before) are those of its last
+/// finished run is kept as it is; an interrupted weave or relaxation goes on from its checkpoint. Returns the exit status: 0 done, else
+/// that of the stage that stopped it, 2 where it threw, with its name and message on standard error; the page then shows the stages before.
 int run_command(const PipelineOptions& options);
 
 }  // namespace heddle

@@ -1,0 +1,102 @@
+#include "heddle/run_command.hpp"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "scenes/own_folder.hpp"
+#include "weave/results.hpp"
+
+namespace {
+
+using ::testing::HasSubstr;
+
+/// Plain weave of single fibers on a short loom.
+constexpr const char* small_case = R"(
+name = "small"
+[fabric]
+layers = 1
+cells = 1
+friction = 0.2
+[yarns.glass]
+linear_density = "66.7 tex"
+density = "2460 kg/m^3"
+youngs_modulus = "86.9 GPa"
+fibers = 1
+[[section]]
+yarn = "glass"
+dent = 0
+matrix = ["+", "-"]
+[[section]]
+yarn = "glass"
+dent = 1
+matrix = ["-", "+"]
+[weft]
+yarn = "glass"
+[loom]
+length = "2.5 mm"
+height_ratio = 0.7
+dent_width = "0.8 mm"
+tension = "1 N"
+reed_bar_radius = "0.08 mm"
+[insertion]
+time = "0.05 ms"
+[beat_up]
+top_speed = "10 m/s"
+[shedding]
+time = "0.4 ms"
+[take_up]
+length = "0.8 mm"
+time = "0.2 ms"
+[settle]
+time = "0.05 ms"
+[numerics]
+element_length = 3.0
+)";
+
+class RunCommand : public OwnFolder {
+ protected:
+  std::string read(const std::filesystem::path& file) const {
+    std::ifstream in(folder / "out" / file);
+    std::stringstream text;
+    text << in.rdbuf();
+    return text.str();
+  }
+};
+
+TEST_F(RunCommand, WritesEveryFormatAndTheTimeOfEachStage) {
+  weave::write_text_file(folder / "case.toml", small_case);
+  heddle::PipelineOptions options;
+  options.case_file = folder / "case.toml";
+  options.output = folder / "out";
+  options.until = "mesh";
+  options.elements = 200;
+  options.unconverged = true;  // loose fibers have no strict minimum
+  options.quiet = true;
+  ASSERT_EQ(heddle::run_command(options), 0);
+  for (const std::string format : {"stl", "obj", "ply", "off", "vtp", "tg3"})
+    EXPECT_TRUE(std::filesystem::exists(folder / "out" / "envelope" / ("yarns." + format))) << format;
+  for (const char* file : {"mesh.msh", "mesh.vtu", "abaqus.inp", "calculix.inp", "summary.json"})
+    EXPECT_TRUE(std::filesystem::exists(folder / "out" / "mesh" / file)) << file;
+  EXPECT_FALSE(std::filesystem::exists(folder / "out" / "homogenize"));
+
+  const std::string first = read("summary.json");
+  const nlohmann::json summary = nlohmann::json::parse(first);
+  double sum = 0;
+  for (const char* stage : {"weave", "relax", "envelope", "mesh"}) {
+    EXPECT_GT(summary.at("stage_wall_s").at(stage), 0) << stage;
+    sum += summary.at("stage_wall_s").at(stage).get<double>();
+  }
+  EXPECT_EQ(summary.at("stage_wall_s").size(), 4U);
+  EXPECT_DOUBLE_EQ(summary.at("wall_s"), sum);
+  for (const char* title :
+       {"<h3>Wall time</h3>", "<h2>Mesh</h2>", "Sections by yarn", "curve_convergence", "sections_warps", "sections_wefts"})
+    EXPECT_THAT(read("report.html"), HasSubstr(title));
+
+  ASSERT_EQ(heddle::run_command(options), 0);  // nothing has changed: all stages are kept, with their times
+  EXPECT_EQ(read("summary.json"), first);
+}
+
+}  // namespace
