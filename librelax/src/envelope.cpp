@@ -46,6 +46,8 @@ void check(const EnvelopeOptions& o) {
   if (o.ring_distance != 0) expect("ring distance", o.ring_distance, 0.05, 20);
   expect("ball radius", o.ball_radius, 0.1, 1000);
   expect("gap", o.gap, 1e-4, 0.5);
+  if (o.tolerance != 0 && (!(o.tolerance >= 1e-3) || !(o.tolerance <= 10)))
+    throw std::invalid_argument(fmt::format("tolerance = {}: must be 0.001 to 10 fiber radii", o.tolerance));
   if (!(o.edge_length_m >= 0) || !std::isfinite(o.edge_length_m))
     throw std::invalid_argument(fmt::format("edge length = {} m: must be > 0", o.edge_length_m));
 }
@@ -111,21 +113,12 @@ double face_mismatch(const YarnEnvelope& e, std::size_t turn) {
   return largest;
 }
 
-}  // namespace
-
-std::vector<double> continuous_rotation(const std::vector<YarnSection>& sections) {
-  std::vector<double> rotation;
-  for (const YarnSection& s : sections) {
-    const double steps = rotation.empty() ? 0 : std::round((rotation.back() - s.rotation) / std::numbers::pi);
-    rotation.push_back(s.rotation + steps * std::numbers::pi);
-  }
-  return rotation;
-}
-
-Envelopes make_envelopes(const weave::Snapshot& cell, const EnvelopeOptions& options) {
-  check(options);
+/// Envelopes with lengths as they are. unmoved_max: if given, where the largest distance of the surfaces from the fibers before yarns were
+/// moved apart goes [fiber radii].
+Envelopes envelopes_of(const weave::Snapshot& cell, const EnvelopeOptions& options, double* unmoved_max) {
   Clock clock;
   Envelopes result;
+  result.options = options;
   const PeriodicYarns periodic = periodic_yarns(cell);
   result.fibers = snapshot_of(periodic.yarns, cell);
   result.lean = periodic.lean;
@@ -193,11 +186,19 @@ Envelopes make_envelopes(const weave::Snapshot& cell, const EnvelopeOptions& opt
 
   TouchDistance touch;
   for (std::size_t y = 0; y < sides.size(); ++y) {
-    const TouchDistance t = measure_touch(periodic.yarns[y], rings[y], result.yarns[y].surface, result.yarns[y].side_triangles,
-                                          options.ball_radius * sides[y].diameter);
+    const double ball = options.ball_radius * sides[y].diameter;
+    const TouchDistance t = measure_touch(periodic.yarns[y], rings[y], result.yarns[y].surface, result.yarns[y].side_triangles, ball);
     touch.sum += t.sum;
     touch.count += t.count;
-    touch.largest = std::max(touch.largest, t.largest);
+    if (t.largest > touch.largest) {
+      touch.largest = t.largest;
+      result.report.distance_max_at = t.largest_at;
+      result.report.distance_max_yarn = y;
+    }
+    if (unmoved_max != nullptr) {
+      const SurfaceMesh unmoved{before[y].all(), before[y].triangles};
+      *unmoved_max = std::max(*unmoved_max, measure_touch(periodic.yarns[y], rings[y], unmoved, unmoved.triangles.size(), ball).largest);
+    }
     touch.protrusion = std::max(touch.protrusion, t.protrusion);
   }
   result.report.distance_mean = touch.sum / static_cast<double>(touch.count);
@@ -205,6 +206,47 @@ Envelopes make_envelopes(const weave::Snapshot& cell, const EnvelopeOptions& opt
   result.report.protrusion_max = touch.protrusion;
   result.wall.distance = clock.lap();
   return result;
+}
+
+}  // namespace
+
+std::vector<double> continuous_rotation(const std::vector<YarnSection>& sections) {
+  std::vector<double> rotation;
+  for (const YarnSection& s : sections) {
+    const double steps = rotation.empty() ? 0 : std::round((rotation.back() - s.rotation) / std::numbers::pi);
+    rotation.push_back(s.rotation + steps * std::numbers::pi);
+  }
+  return rotation;
+}
+
+Envelopes make_envelopes(const weave::Snapshot& cell, const EnvelopeOptions& options) {
+  check(options);
+  if (options.tolerance == 0) return envelopes_of(cell, options, nullptr);
+  constexpr double edge_least = 0.05;  // [fiber diameters]
+  const double diameter = cell.radius.empty() ? 0 : 2 * *std::min_element(cell.radius.begin(), cell.radius.end());
+  EnvelopeOptions tried = options;
+  for (;;) {
+    double unmoved = 0;
+    Envelopes result = envelopes_of(cell, tried, &unmoved);
+    const EnvelopeReport& r = result.report;
+    if (r.distance_max <= options.tolerance) return result;
+    // What shorter edges leave, but for about as much as they can bring: yarns that overlap, or touch, give way to one another.
+    const double moved = r.distance_max - unmoved;
+    const double edge = tried.edge_length_m > 0 ? tried.edge_length_m / diameter : tried.edge_length;
+    if (moved - unmoved > options.tolerance || edge <= 1.001 * edge_least) {
+      const YarnEnvelope& e = result.yarns[r.distance_max_yarn];
+      throw std::runtime_error(fmt::format(
+          "tolerance of {:g} fiber radii: the surface of {} {} is {:.3g} fiber radii from its fibers at {}, with edges of {:.3g} "
+          "fiber diameters; {:.3g} of them are what yarns are moved apart by, which no shorter edges change",
+          options.tolerance, e.weft ? "weft" : "warp", e.yarn, r.distance_max, place_text(r.distance_max_at), edge, moved));
+    }
+    // Chords miss arcs by the square of their length.
+    const double room = options.tolerance > moved ? options.tolerance - moved : 0.25 * options.tolerance;
+    const double shorter = std::max(std::clamp(std::sqrt(0.9 * room / unmoved), 0.5, 0.9), edge_least / edge);
+    tried.edge_length *= shorter;
+    tried.edge_length_m *= shorter;
+    if (tried.ring_distance > 0) tried.ring_distance = std::max(0.05, shorter * tried.ring_distance);
+  }
 }
 
 }  // namespace relax

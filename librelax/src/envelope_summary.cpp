@@ -88,6 +88,7 @@ std::string envelope_summary_json(const weave::Snapshot& cell, const EnvelopeOpt
   j["ring_distance"] = options.ring_distance;
   j["ball_radius"] = options.ball_radius;
   j["gap"] = options.gap;
+  j["tolerance_radii"] = options.tolerance > 0 ? ordered_json(options.tolerance) : ordered_json();
   j["wall_s"] = wall;
   j["stage_wall_s"] = {
       {"sections", w.sections}, {"separation", w.separation}, {"caps", w.caps}, {"check", w.check}, {"distance", w.distance}};

@@ -36,7 +36,10 @@ TouchDistance measure_touch(const YarnFibers& yarn, const Rings& rings, const Su
       }
       if (least > reach) continue;
       result.sum += least / radius;
-      result.largest = std::max(result.largest, least / radius);
+      if (least / radius > result.largest) {
+        result.largest = least / radius;
+        result.largest_at = x;
+      }
       if (height > 0) result.protrusion = std::max(result.protrusion, least / radius);
       ++result.count;
       return;

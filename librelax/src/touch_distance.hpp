@@ -10,6 +10,7 @@ namespace relax {
 /// Distances from the points where a ball rolled around a yarn touches its fibers to the yarn's surface.
 struct TouchDistance {
   double sum = 0, largest = 0, protrusion = 0;  ///< protrusion: of such a point out of the surface; in fiber radii
+  Vec3 largest_at = Vec3::Zero();               ///< [m]
   std::size_t count = 0;
 };
 

@@ -146,6 +146,31 @@ TEST(Envelope, OverlappingYarnsAreMovedApartToTheGap) {
   }
 }
 
+TEST(Envelope, EdgesAreShortenedToATolerance) {
+  weave::Snapshot cell = scenes::empty_unit_cell(1e-3, 1e-3);
+  scenes::add_bundle(cell, {.side = 5e-4, .places = scenes::hexagon(1)});
+  const double tolerance = 0.005;  // a sixteenth of the sagitta of the default's edges, 0.8 radii
+  for (const double edge_length_m : {0.0, 0.6 * diameter}) {
+    const Envelopes envelopes = make_envelopes(cell, {.edge_length_m = edge_length_m, .tolerance = tolerance});
+    expect_sound(envelopes, cell);
+    EXPECT_LE(envelopes.report.distance_max, tolerance);
+    EXPECT_GE(envelopes.report.distance_max, 0.25 * tolerance);  // no finer than it must
+  }
+  EXPECT_EQ(make_envelopes(cell, {.tolerance = 0.5}).options.edge_length, EnvelopeOptions{}.edge_length);
+}
+
+TEST(Envelope, ToleranceBelowWhatTheFibersAllowIsNamed) {
+  const weave::Snapshot cell = crossing_yarns(0.2);  // each gives way by half of overlap and gap, 0.25 radii
+  EXPECT_LE(make_envelopes(cell, {.tolerance = 0.35}).report.distance_max, 0.35);
+  try {
+    make_envelopes(cell, {.tolerance = 0.1});
+    FAIL() << "surfaces nearer to overlapping fibers than these allow";
+  } catch (const std::runtime_error& e) {
+    EXPECT_THAT(e.what(), AllOf(HasSubstr("tolerance of 0.1 fiber radii: the surface of w"),
+                                HasSubstr("fiber radii from its fibers at (0."), HasSubstr("yarns are moved apart")));
+  }
+}
+
 TEST(Envelope, YarnsApartStayAsTheyAre) {
   const weave::Snapshot cell = crossing_yarns(-0.2);
   const Envelopes envelopes = make_envelopes(cell, {});
@@ -262,6 +287,7 @@ TEST(Envelope, RefusesBadInput) {
   EXPECT_THROW(make_envelopes(cell, {.edge_length = 0}), std::invalid_argument);
   EXPECT_THROW(make_envelopes(cell, {.ball_radius = NAN}), std::invalid_argument);
   EXPECT_THROW(make_envelopes(cell, {.gap = 2}), std::invalid_argument);
+  EXPECT_THROW(make_envelopes(cell, {.tolerance = -1}), std::invalid_argument);
   weave::Snapshot loom = cell, holed = cell;
   loom.cell_length = 0;
   EXPECT_THROW(make_envelopes(loom, {}), std::invalid_argument);

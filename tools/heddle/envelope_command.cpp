@@ -109,6 +109,7 @@ int envelope_command(const EnvelopeCommandOptions& options) {
   envelope.ring_distance = options.ring_distance;
   envelope.ball_radius = options.ball_radius;
   envelope.gap = options.gap;
+  envelope.tolerance = options.tolerance;
   const std::string blocked_by = expect_converged(file, options.unconverged);
   weave::ResultsFile results = weave::read_results(file);
   results.snapshot = weave::on_axis(results.snapshot);
@@ -141,7 +142,7 @@ int envelope_command(const EnvelopeCommandOptions& options) {
   }
   const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   weave::write_text_file(output / "summary.json",
-                         relax::envelope_summary_json(results.snapshot, envelope, envelopes, case_name, blocked_by, wall));
+                         relax::envelope_summary_json(results.snapshot, envelopes.options, envelopes, case_name, blocked_by, wall));
 
   const relax::EnvelopeReport& r = envelopes.report;
   fmt::print("{}: {} yarns in {:.2f} s, {}, {} self-intersections, {} mutual intersections\n", case_name, envelopes.yarns.size(), wall,

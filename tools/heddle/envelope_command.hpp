@@ -15,6 +15,7 @@ struct EnvelopeCommandOptions {
   double ring_distance = 0;         ///< [fiber diameters]; 0: two edge lengths, at most 1
   double ball_radius = 2;           ///< [fiber diameters]
   double gap = 0.05;                ///< [fiber diameters]
+  double tolerance = 0;             ///< of the surfaces' distance from the fibers [fiber radii]; 0: as the edge length leaves it
   bool unconverged = false;         ///< also of a relaxed cell that is no certified minimum
   std::vector<std::string> formats = {"off", "vtp", "stl"};
 };

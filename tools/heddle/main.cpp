@@ -158,6 +158,11 @@ int main(int argc, char** argv) {
   envelope_app->add_option("--ball-radius", envelope.ball_radius, "of the ball rolled around a section [fiber diameters]")
       ->capture_default_str();
   envelope_app->add_option("--gap", envelope.gap, "least distance between yarns [fiber diameters]")->capture_default_str();
+  envelope_app
+      ->add_option("--tolerance", envelope.tolerance,
+                   "largest distance of the surfaces from the fibers, for which edges and ring distance are shortened [fiber radii] "
+                   "(default: as the edge length leaves it)")
+      ->check(CLI::PositiveNumber);
   envelope_app->add_option("--formats", envelope.formats, "of the surfaces: stl, obj, ply, off, vtp; tg3: sections for TexGen")
       ->delimiter(',')
       ->check(CLI::IsMember(heddle::envelope_formats))

@@ -52,6 +52,7 @@ struct EnvelopeOptions {
   double ring_distance = 0;  ///< along the yarn; 0: two edge lengths, at most 1
   double ball_radius = 2;    ///< rolled around the fibers; grown where it would leave them in several parts
   double gap = 0.05;         ///< least distance between yarns
+  double tolerance = 0;      ///< largest distance_max of the report, for which edges and ring distance are shortened [fiber radii]; 0: any
 };
 
 /// How surfaces and fibers fit one another.
@@ -63,7 +64,9 @@ struct EnvelopeReport {
   double gap_min = 0;        ///< least distance between two surfaces, where that is below twice the gap asked for, else this [m]
   double distance_mean = 0;  ///< from where the ball touched fibers to the surface, in fiber radii
   double distance_max = 0;
-  double protrusion_max = 0;  ///< of such a point out of the surface, in fiber radii
+  Vec3 distance_max_at = Vec3::Zero();  ///< [m]
+  std::size_t distance_max_yarn = 0;    ///< index in Envelopes::yarns
+  double protrusion_max = 0;            ///< of such a point out of the surface, in fiber radii
 };
 
 /// How long the stages took [s].
@@ -73,6 +76,7 @@ struct EnvelopeWall {
 
 struct Envelopes {
   std::vector<YarnEnvelope> yarns;  ///< warps by rising number, then wefts
+  EnvelopeOptions options;          ///< with the lengths that were needed for the tolerance
   EnvelopeReport report;
   EnvelopeWall wall;
   weave::Snapshot fibers;    ///< that the surfaces hold: those of the cell made periodic, from face to face; without tensions
@@ -88,9 +92,9 @@ struct Envelopes {
 /// of two yarns come nearer than the gap, points of both are moved apart.
 ///
 /// A cell whose fibers do not meet across its faces, as a woven one, is sheared upright and what is left spread along each fiber.
-/// Throws std::invalid_argument if the snapshot is not of a unit cell, its fibers lie farther apart across its faces than that, or an
-/// option is out of bounds; std::runtime_error where a fiber has left its yarn, or two yarns are intermixed too far for disjoint surfaces.
-/// It names yarns and fiber, place and size.
+/// Throws std::invalid_argument if the snapshot is not of a unit cell or not periodic, or an option is out of bounds; std::runtime_error
+/// where a fiber has left its yarn, two yarns are intermixed too far for disjoint surfaces, or the fibers allow none within the tolerance,
+/// as where yarns press one another. The messages name yarns and fiber, place and size.
 Envelopes make_envelopes(const weave::Snapshot& cell, const EnvelopeOptions& options);
 
 /// The summary as JSON text, keys with units. `blocked_by`: what keeps a relaxed cell from being a certified minimum, else empty; wall time
