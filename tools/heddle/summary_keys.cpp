@@ -52,7 +52,7 @@ ordered_json sample_of(const std::string& stage) {
   }
   if (stage == "envelope") {
     relax::Envelopes envelopes;
-    envelopes.yarns.emplace_back();
+    envelopes.yarns.emplace_back().sections.resize(2);
     return ordered_json::parse(relax::envelope_summary_json(smallest.snapshot, {}, envelopes, "", "", 0));
   }
   SolvedCell solved;
@@ -61,6 +61,7 @@ ordered_json sample_of(const std::string& stage) {
   solved.result.stiffness.setIdentity();
   solved.result.bounds.voigt.setIdentity();
   solved.result.bounds.reuss.setIdentity();
+  solved.result.laminate.setIdentity();
   return ordered_json::parse(homogenize_summary({}, {}, {}, solved, &solved, 0, 0));
 }
 
