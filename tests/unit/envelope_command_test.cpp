@@ -56,7 +56,8 @@ TEST_F(EnvelopeCommand, takes_a_certified_minimum) {
   for (const char* picture : {"section_x.png", "section_y.png", "sections_warps.png", "sections_wefts.png"})
     EXPECT_GT(std::filesystem::file_size(folder / "envelope" / picture), 1000U) << picture;
   constexpr double diameter = 1e-4;  // [m]
-  for (const nlohmann::json& yarn : summary()["by_yarn"]) {
+  const nlohmann::json written = summary();
+  for (const nlohmann::json& yarn : written["by_yarn"]) {
     // Of a single fiber: its circle, as a polygon of eight or more points, down to a share of cos(pi / 8) as wide.
     const nlohmann::json& width = yarn["sections"]["width_m"];
     EXPECT_LE(width["min"], width["mean"]);

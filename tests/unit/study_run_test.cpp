@@ -217,7 +217,8 @@ fi
   write_study("[vary]\nloom.tension = [1, 2]\n");
   std::ofstream(folder / "full") << "";
   EXPECT_EQ(study_command(options), 1);
-  for (const json& run : results()["runs"]) {
+  const json full = results();
+  for (const json& run : full["runs"]) {
     EXPECT_EQ(run["state"], "failed");
     EXPECT_THAT(run["message"].get<std::string>(), HasSubstr("is full: make room, and --retry repeats the run."));
   }
