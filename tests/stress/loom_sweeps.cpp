@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "scenes/small_case.hpp"
 #include "weave/peak_memory.hpp"
 #include "weave/weaving_run.hpp"
 
@@ -15,56 +16,6 @@ namespace {
 constexpr double drift_most = 3;          ///< of the last third over the first
 constexpr double steadiness_floor = 0.1;  ///< difference of successive cells below which none counts [fiber diameters]
 constexpr double memory_floor = 5e4;      ///< of a pick: rows of the history and the kept cell, as vectors grow [bytes]
-
-const std::string plain_sections = R"(
-[[section]]
-yarn = "glass"
-dent = 0
-matrix = ["+", "-"]
-[[section]]
-yarn = "glass"
-dent = 1
-matrix = ["-", "+"]
-)";
-
-/// Case file with one yarn, glass, for given sections.
-std::string case_text(const std::string& sections, int layers, double height_ratio) {
-  return fmt::format(R"(
-name = "stress"
-[fabric]
-layers = {}
-cells = 1
-friction = 0.2
-[yarns.glass]
-linear_density = "66.7 tex"
-density = "2460 kg/m^3"
-youngs_modulus = "86.9 GPa"
-fibers = 3
-{}
-[weft]
-yarn = "glass"
-[loom]
-length = "2.5 mm"
-height_ratio = {}
-dent_width = "0.8 mm"
-tension = "1 N"
-reed_bar_radius = "0.08 mm"
-[insertion]
-time = "0.05 ms"
-[beat_up]
-top_speed = "10 m/s"
-[shedding]
-time = "0.4 ms"
-[take_up]
-length = "0.8 mm"
-time = "0.2 ms"
-[settle]
-time = "0.05 ms"
-[numerics]
-element_length = 3.0
-)",
-                     layers, sections, height_ratio);
-}
 
 /// Work that goes in and out through the loom, by row of the history, each part counted as it is [J].
 std::vector<double> throughput(const weave::History& h) {
@@ -96,7 +47,7 @@ Outcome outcome_of(const weave::WeaveResult& result) {
 }  // namespace
 
 weave::Case plain_weave(const std::vector<std::string>& overrides) {
-  return weave::parse_case(case_text(plain_sections, 1, 0.7), "stress/case.toml", overrides);
+  return weave::parse_case(scenes::small_case_text(), "stress/case.toml", overrides);
 }
 
 Outcome weave_through(const weave::Case& c) {
@@ -196,7 +147,7 @@ std::string random_weave(std::uint64_t seed) {
   for (std::size_t s = 0; s < rows.size(); ++s) {
     sections += fmt::format("[[section]]\nyarn = \"glass\"\ndent = {}\nmatrix = [\"{}\"]\n", s, fmt::join(rows[s], "\", \""));
   }
-  return case_text(sections, static_cast<int>(layers), 1.2);
+  return scenes::small_case_text(sections, static_cast<int>(layers), 1.2);
 }
 
 }  // namespace stress

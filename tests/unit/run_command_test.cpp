@@ -7,54 +7,12 @@
 #include <sstream>
 
 #include "scenes/own_folder.hpp"
+#include "scenes/small_case.hpp"
 #include "weave/results.hpp"
 
 namespace {
 
 using ::testing::HasSubstr;
-
-/// Plain weave of single fibers on a short loom.
-constexpr const char* small_case = R"(
-name = "small"
-[fabric]
-layers = 1
-cells = 1
-friction = 0.2
-[yarns.glass]
-linear_density = "66.7 tex"
-density = "2460 kg/m^3"
-youngs_modulus = "86.9 GPa"
-fibers = 1
-[[section]]
-yarn = "glass"
-dent = 0
-matrix = ["+", "-"]
-[[section]]
-yarn = "glass"
-dent = 1
-matrix = ["-", "+"]
-[weft]
-yarn = "glass"
-[loom]
-length = "2.5 mm"
-height_ratio = 0.7
-dent_width = "0.8 mm"
-tension = "1 N"
-reed_bar_radius = "0.08 mm"
-[insertion]
-time = "0.05 ms"
-[beat_up]
-top_speed = "10 m/s"
-[shedding]
-time = "0.4 ms"
-[take_up]
-length = "0.8 mm"
-time = "0.2 ms"
-[settle]
-time = "0.05 ms"
-[numerics]
-element_length = 3.0
-)";
 
 class RunCommand : public OwnFolder {
  protected:
@@ -67,10 +25,11 @@ class RunCommand : public OwnFolder {
 };
 
 TEST_F(RunCommand, WritesEveryFormatAndTheTimeOfEachStage) {
-  weave::write_text_file(folder / "case.toml", small_case);
+  weave::write_text_file(folder / "case.toml", scenes::small_case_text());
   heddle::PipelineOptions options;
   options.case_file = folder / "case.toml";
   options.output = folder / "out";
+  options.overrides = {"yarns.glass.fibers=1"};
   options.until = "mesh";
   options.elements = 200;
   options.unconverged = true;  // loose fibers have no strict minimum
