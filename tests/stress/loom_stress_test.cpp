@@ -17,8 +17,8 @@ TEST_P(loom_stress, weaves_or_says_where_it_stops) {
 
 INSTANTIATE_TEST_SUITE_P(sweeps, loom_stress, testing::Range(std::size_t{0}, stress::loom_sweeps(stress::Extent::brief).size()));
 
-TEST(long_weave, nothing_drifts_in_thirty_picks) {
-  const stress::LongWeave weave = stress::weave_long(30, stress::single_fibers);
+TEST(long_weave, nothing_drifts_in_sixty_picks) {
+  const stress::LongWeave weave = stress::weave_long(60, stress::single_fibers);
   EXPECT_TRUE(weave.outcome.completed) << weave.outcome.message;
   EXPECT_EQ(weave.outcome.late_searches, 0);
   EXPECT_EQ(weave.outcome.wrong_order, 0);
