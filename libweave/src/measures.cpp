@@ -168,7 +168,14 @@ void add_spans(const Snapshot& s, std::size_t f, double plane, Columns& spans) {
       const int from = static_cast<int>(std::ceil((q.y() - reach) / h - 0.5)), to = static_cast<int>(std::floor((q.y() + reach) / h - 0.5));
       for (int j = from; j <= to; ++j) {
         const double dy = (j + 0.5) * h - q.y(), half = std::sqrt(std::max(0.0, reach * reach - dy * dy));
-        spans[static_cast<std::size_t>(((j % columns) + columns) % columns)].emplace_back(q.z() - half, q.z() + half);
+        auto& column = spans[static_cast<std::size_t>(((j % columns) + columns) % columns)];
+        const double low = q.z() - half, high = q.z() + half;
+        // Successive pieces overlap: what a fiber fills of a column is one span.
+        if (!column.empty() && low <= column.back().second && column.back().first <= high) {
+          column.back() = {std::min(low, column.back().first), std::max(high, column.back().second)};
+        } else {
+          column.emplace_back(low, high);
+        }
       }
     }
   }
