@@ -194,7 +194,7 @@ void Engine::pick_reed() {
 /// data stay in the cache of one core from step to step. Which thread does what does not change any result.
 void Engine::share_out() {
   const auto threads = static_cast<std::size_t>(omp_get_max_threads());
-  workspace_.resize(threads, Workspace(longest_fiber_));
+  if (workspace_.size() != threads) workspace_.assign(threads, Workspace(longest_fiber_));
   std::vector<std::vector<std::uint32_t>> of_thread(threads);
   const auto& active = state_.contacts.active;
   const auto cost = [&](std::uint32_t f) { return node_cost * model_.own_nodes(f) + (active.of[f + 1] - active.of[f]); };
@@ -378,7 +378,7 @@ double Engine::bound_frequency(std::uint32_t p, const DirectionalStiffness& stif
 void Engine::take_contact_stiffness(std::uint32_t f, NodeRange touched, Workspace& work) {
   const std::uint32_t begin = model_.first[f], end = model_.first[f + 1];
   std::fill_n(work.stiffness.begin(), end - begin, DirectionalStiffness{});
-  if (touched.begin >= touched.end) return;
+  if (touched.empty()) return;
   // A span's neighbors feel it too; of a closed fiber, they may be at its other end.
   const bool closed = model_.periodic[f];
   const std::uint32_t from = closed ? begin : std::max(touched.begin, begin + 1) - 1, to = closed ? end : std::min(touched.end + 1, end);

@@ -90,7 +90,7 @@ bool YarnTurning::is_first(std::uint32_t fiber) const {
 
 void YarnTurning::find(const Model& m, std::uint32_t first_fiber, std::span<const Vec3> x, std::span<const Vec3> v) {
   const Yarn& yarn = yarn_[yarn_of_[first_fiber]];
-  if (yarn.needed.begin >= yarn.needed.end) return;
+  if (yarn.needed.empty()) return;
   const double share = 1.0 / static_cast<double>(yarn.start.size());
   const auto centroid = [&](std::uint32_t i) {
     Vec3 sum = Vec3::Zero();

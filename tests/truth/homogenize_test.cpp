@@ -11,7 +11,7 @@
 #include <fstream>
 #include <numbers>
 
-#include "scenes/own_folder.hpp"
+#include "scenes/with_calculix.hpp"
 #include "scenes/yarn_surfaces.hpp"
 #include "weave/results.hpp"
 
@@ -31,16 +31,8 @@ Constituents constituents() {
   return {"fiber", "epoxy", aramid_like, 3.5e9, 0.35, Micromechanics::chamis};
 }
 
-class Homogenize : public OwnFolder {
+class Homogenize : public WithCalculix {
  protected:
-  void SetUp() override {
-    OwnFolder::SetUp();
-    try {
-      find_ccx("ccx");
-    } catch (const std::runtime_error& e) {
-      GTEST_SKIP() << e.what();
-    }
-  }
   Homogenization solve(const VolumeMesh& mesh, const Constituents& c, bool periodic_z = true) {
     HomogenizeOptions options;
     options.periodic_z = periodic_z;

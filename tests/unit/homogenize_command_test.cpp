@@ -6,10 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "heddle/envelope_command.hpp"
-#include "relax/homogenize.hpp"
 #include "relax/report.hpp"
 #include "scenes/cells.hpp"
-#include "scenes/own_folder.hpp"
+#include "scenes/with_calculix.hpp"
 #include "weave/results.hpp"
 
 namespace {
@@ -18,15 +17,11 @@ using namespace scenes;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-class HomogenizeCommand : public OwnFolder {
+class HomogenizeCommand : public WithCalculix {
  protected:
   void SetUp() override {
-    OwnFolder::SetUp();
-    try {
-      relax::find_ccx("ccx");
-    } catch (const std::runtime_error& e) {
-      GTEST_SKIP() << e.what();
-    }
+    WithCalculix::SetUp();
+    if (IsSkipped()) return;
     const PlainWeave weave{.fibers = 1, .pitch = 4e-4};
     const PosedCell start = plain_weave_cell(weave, 0.2, 1);
     weave::write_results(folder / "cell.vtkhdf",

@@ -123,6 +123,7 @@ struct NodeRange {
     end = std::max(end, o.end);
     return *this;
   }
+  [[nodiscard]] bool empty() const { return begin >= end; }
   [[nodiscard]] bool has(std::uint32_t node) const { return begin <= node && node < end; }
 };
 
