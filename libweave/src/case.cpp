@@ -101,8 +101,8 @@ Case load_case(const std::filesystem::path& given, const std::vector<std::string
 }
 
 std::vector<std::string> accuracy_overrides(const std::string& level) {
-  if (level == "draft") return {"numerics.element_length=3", "numerics.safety=0.8"};
-  if (level == "normal") return {"numerics.element_length=2", "numerics.safety=0.8"};
+  if (level == "draft") return {"numerics.element_length=3", "numerics.safety=0.95"};
+  if (level == "normal") return {"numerics.element_length=2", "numerics.safety=0.95"};
   if (level == "reference") return {"numerics.element_length=0.5", "numerics.safety=0.4"};
   throw std::invalid_argument(fmt::format("accuracy \"{}\": must be draft, normal or reference", level));
 }

@@ -82,7 +82,7 @@ struct NumericsSpec {
   std::string contact = "line";     ///< "line": conservative line contact; "node": node-to-node law of Yang 2015, eq. 3-7
   std::string integrator = "imex";  ///< "imex": tensions of the bars implicit; "explicit"
   double time_step = 0;             ///< [s]; 0: chosen from the model
-  double safety = 0.8;              ///< fraction of the stability limit
+  double safety = 0.95;             ///< fraction of the stability limit
   double damping = 100;             ///< mass-proportional [1/s]
   double axial_damping = 0.05;      ///< of explicit bars, fraction of critical
   double skin = 0.5;                ///< of the contacts that are evaluated [largest fiber diameters]

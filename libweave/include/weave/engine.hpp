@@ -54,7 +54,7 @@ struct StepReport {
 struct EngineOptions {
   double skin = 0;           ///< of the contacts that are evaluated [m]
   double outer_skin = 0;     ///< of the neighbor list that they are picked from; at least twice `skin` [m]
-  double safety = 0.8;       ///< fraction of the stability limit taken as time step
+  double safety = 0.95;      ///< fraction of the stability limit taken as time step
   double time_step = 0;      ///< [s]; 0: from the stability limit
   double time_step_max = 1;  ///< [s]
   double motion_max = std::numeric_limits<double>::infinity();    ///< of any node in one chosen time step [m]
