@@ -618,6 +618,11 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
     return report;
   }
   choose_time_step(extremes.frequency2, extremes.speed2);
+  if (options_.time_step > step_limit_) {
+    report.status = StepStatus::time_step_too_long;
+    report.message = describe_failure(report.status);
+    return report;
+  }
   const double weight = state_.frequency2 > 0 ? frequency_smoothing : 1;
   state_.frequency2 += weight * (extremes.frequency2 - state_.frequency2);
   auto& [moved_pick2, reed_moved2] = extremes.moved2;
@@ -660,6 +665,14 @@ std::string Engine::describe_failure(StepStatus status) const {
     if (model_.role[f] == Role::reed) return std::string("a reed bar");
     return fmt::format("{} {}, fiber {}", model_.role[f] == Role::warp ? "warp yarn" : "weft yarn", model_.yarn[f], model_.place[f]);
   };
+  if (status == StepStatus::time_step_too_long) {
+    std::uint32_t fastest = 0;
+    for (std::uint32_t f = 0; f < model_.fibers(); ++f) {
+      if (per_fiber_[f].frequency2 > per_fiber_[fastest].frequency2) fastest = f;
+    }
+    return fmt::format("step {}, time {:.6g} s: the prescribed time step of {:.4g} s is above the stability limit of {:.4g} s, set by {}",
+                       state_.step, state_.time, options_.time_step, step_limit_, yarn_name(fastest));
+  }
   for (std::uint32_t f = 0; f < model_.fibers(); ++f) {
     const PerFiber& sums = per_fiber_[f];
     if (status == StepStatus::non_finite && !(sums.finite && std::isfinite(sums.speed2))) {

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -54,6 +55,20 @@ TEST(guard, pushing_through_at_speed_names_both_yarns) {
   EXPECT_EQ(report.status, StepStatus::overlap_too_deep);
   EXPECT_THAT(report.message, HasSubstr("warp yarn 4, fiber 2"));
   EXPECT_THAT(report.message, HasSubstr("weft yarn 17, fiber 5"));
+}
+
+TEST(guard, prescribed_time_step_above_the_limit_names_the_limit_and_the_yarn) {
+  Scene scene = two_yarns(glass_fiber(), 1);
+  weave::Engine engine = scene.engine();
+  engine.step(at_rest(scene.model));
+  scene.options.time_step = 0.99 * engine.step_limit();
+  EXPECT_EQ(run_until_failure(scene, 1).status, StepStatus::ok);
+  scene.options.time_step = 1.01 * engine.step_limit();
+  const StepReport report = run_until_failure(scene, 1);
+  EXPECT_EQ(report.status, StepStatus::time_step_too_long);
+  EXPECT_THAT(report.message, HasSubstr(fmt::format("time step of {:.4g} s", scene.options.time_step)));
+  EXPECT_THAT(report.message, HasSubstr(fmt::format("limit of {:.4g} s", engine.step_limit())));
+  EXPECT_THAT(report.message, HasSubstr("yarn "));
 }
 
 TEST(guard, motion_that_is_not_finite_names_node_and_yarn) {

@@ -41,7 +41,7 @@ struct Ledger {
   [[nodiscard]] double balance() const { return stored() + flows.slip + flows.damping + flows.axial + flows.guides - put_in(); }
 };
 
-enum class StepStatus { ok, non_finite, overlap_too_deep };
+enum class StepStatus { ok, non_finite, overlap_too_deep, time_step_too_long };
 
 /// What happened in a step.
 struct StepReport {
