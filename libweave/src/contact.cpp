@@ -7,25 +7,18 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
+
+#include "contact_terms.hpp"
+#include "nearest_points.hpp"
+#include "yarn_contacts.hpp"
 
 namespace weave {
 namespace {
 
 constexpr int walk_limit = 50;
-/// Of Newton's method to a closest point, which ends with a step below `converged` of the span.
-constexpr int newton_limit = 12;
-constexpr double converged = 1e-8;
-/// A step of it below this leaves less than `converged`, as the next goes with its square.
-constexpr double nearly_converged = 1e-5;
-/// Of the length of the tangent, squared: below it a point is so near the axis's center of curvature that Newton's method would overshoot.
-constexpr double flattest = 0.1;
-
-/// How many contacts ahead memory is asked for that lies apart or that another core has written: of the touched spans.
-constexpr std::uint32_t span_ahead = 6;
-/// The same of reactions.
+/// How many reactions ahead memory is asked for that another core has written.
 constexpr std::uint32_t reaction_ahead = 12;
-/// Overlap beyond what motion explains that is put down to rounding [sum of the radii].
-constexpr double unexplained = 1e-6;
 /// Of the line law on the length of fiber, half a diameter at most, that a point between two yarns stands for.
 constexpr int samples = 4;
 
@@ -45,29 +38,9 @@ Step previous_span(const Model& m, std::uint32_t s) {
   return {n.has_before, n.before, n.wraps_before ? -1 : 0};
 }
 
-/// The cubic (r - c(u)).c'(u) whose root is the point of a span nearest to a point r from its middle. T: double, or an array of them.
-struct NearnessCubic {
-  double slope2, slope_curve, curve2;
-  explicit NearnessCubic(const Span& s) : slope2(s.slope.squaredNorm()), slope_curve(s.slope.dot(s.curve)), curve2(s.curve.squaredNorm()) {}
-
-  /// Its value; along = r.slope, steep = slope^2 - r.curve.
-  template <typename T>
-  T value(const T& along, const T& steep, const T& u) const {
-    return along - u * (steep + u * (1.5 * slope_curve + 0.5 * curve2 * u));
-  }
-  template <typename T>
-  T minus_slope(const T& steep, const T& u) const {
-    return steep + u * (3 * slope_curve + 1.5 * curve2 * u);
-  }
-  template <typename T>
-  T length2_of_tangent(const T& u) const {
-    return slope2 + u * (2 * slope_curve + curve2 * u);
-  }
-};
-
 /// u of the point of a span, thought to go on beyond its ends, that is nearest to a point `from_middle` its middle.
 inline double nearest_on_span(const Span& s, const Vec3& from_middle) {
-  const NearnessCubic cubic(s);
+  const NearnessCubic<double> cubic = nearness_cubic(s);
   const double along = from_middle.dot(s.slope), steep = cubic.slope2 - from_middle.dot(s.curve);
   double u = 0;
   for (int i = 0; i < newton_limit; ++i) {
@@ -78,10 +51,6 @@ inline double nearest_on_span(const Span& s, const Vec3& from_middle) {
     if (std::abs(change) < (newton ? nearly_converged : converged)) break;
   }
   return u;
-}
-
-double stored_in(const Touch& t) {
-  return t.stiffness > 0 ? 0.5 * (t.along * t.along + t.across * t.across) / t.stiffness : 0;
 }
 
 void release(Touch& touch, double& lost) {
@@ -160,110 +129,15 @@ void part(Touch& touch, const Slip& slip, double& lost) {
   touch.along = touch.across = touch.stiffness = 0;
 }
 
-void note_overlap(double ratio, std::uint32_t node, std::uint32_t span, ContactSums& sums) {
-  if (ratio <= sums.overlap_max) return;
-  sums.overlap_max = ratio;
-  sums.node_max = node;
-  sums.span_max = span;
-}
-
-using Samples = Eigen::Array<double, samples, 1>;
+using Samples = Numbers<samples>;
 
 /// Places of the samples about their point, in shares of the length that the point stands for.
-Samples sample_offsets() {
-  return Samples::LinSpaced(0.5 / samples - 0.5, 0.5 - 0.5 / samples);
-}
+const Samples sample_offsets = Samples::LinSpaced(0.5 / samples - 0.5, 0.5 - 0.5 / samples);
 constexpr double last_offset = 0.5 - 0.5 / samples;
-
-/// Vectors of the samples.
-struct SampleVectors {
-  Samples x, y, z;
-
-  /// start + u along + u^2/2 bend.
-  static SampleVectors on_curve(const Vec3& start, const Vec3& along, const Vec3& bend, const Samples& u) {
-    const Samples half = 0.5 * u;
-    return {start.x() + u * (along.x() + half * bend.x()), start.y() + u * (along.y() + half * bend.y()),
-            start.z() + u * (along.z() + half * bend.z())};
-  }
-  [[nodiscard]] SampleVectors operator-(const SampleVectors& o) const { return {x - o.x, y - o.y, z - o.z}; }
-  [[nodiscard]] Samples dot(const SampleVectors& o) const { return x * o.x + y * o.y + z * o.z; }
-  [[nodiscard]] Samples dot(const Vec3& o) const { return x * o.x() + y * o.y() + z * o.z(); }
-  /// Sum of the vectors, each times its weight.
-  [[nodiscard]] Vec3 sum(const Samples& weight) const { return {(weight * x).sum(), (weight * y).sum(), (weight * z).sum()}; }
-};
-
-/// What all contacts of a fiber with another have in common.
-struct FiberPair {
-  std::uint32_t other = none;
-  const PairLaw* law = nullptr;
-  double touch_reach = 0, share_of_points = 0;
-  bool meets_at_nodes = false, on_reed = false;
-
-  static constexpr auto none = std::numeric_limits<std::uint32_t>::max();
-};
-
-/// Those of the fibers that a fiber has touched of late, as its contacts come back to the same few again and again.
-class FiberPairs {
- public:
-  FiberPairs(const Model& model, std::uint32_t fiber) : model_(model), fiber_(fiber) {}
-
-  const FiberPair& with(std::uint32_t other) {
-    FiberPair& pair = pairs_[other % pairs_.size()];
-    if (pair.other != other) {
-      pair = {other,
-              &model_.pair_law(fiber_, other),
-              touch_reach(model_, fiber_, other),
-              share_of_points(model_, fiber_, other),
-              meets_at_nodes(model_, fiber_, other),
-              model_.role[other] == Role::reed};
-    }
-    return pair;
-  }
-
- private:
-  const Model& model_;
-  std::uint32_t fiber_;
-  std::array<FiberPair, 32> pairs_;
-};
-
-struct Target {
-  const Model& model;
-  const FiberGeometry& g;
-  std::uint32_t fiber;
-  double dt;
-  bool with_energy;
-  std::span<SpanForce> force;
-  std::span<DirectionalStiffness> stiffness;
-  std::span<double> couple;
-  Samples offsets = sample_offsets();
-};
 
 /// From the touched fiber to the point; short where their axes cross, so that it stays finite.
 inline Vec3 unit_normal(const PairLaw& law, const Vec3& separation, double distance) {
-  return (1 / std::max(distance, 1e-3 * law.reach)) * separation;
-}
-
-/// Calls f(node, share) for the nodes that carry the place u of a span.
-template <typename F>
-void each_node_at(const Model& m, const FiberGeometry& g, std::uint32_t fiber, std::uint32_t span, double u, F&& f) {
-  const SpanNodes nodes = nodes_of_span(m, fiber, span);
-  const Vec3 share = node_shares(g.span[span], u);
-  f(nodes.here, share[1]);
-  if (nodes.has_before) f(nodes.before, share[0]);
-  if (nodes.has_after) f(nodes.after, share[2]);
-}
-
-/// Adds what a contact does to the nodes that carry the place u of a span.
-void add_stiffness(const Model& m, const FiberGeometry& g, std::uint32_t fiber, std::uint32_t span, double u, const ContactStiffness& felt,
-                   std::span<DirectionalStiffness> stiffness) {
-  each_node_at(m, g, fiber, span, u, [&](std::uint32_t p, double share) { felt.add_to(stiffness[p], share, g.amplitude[p]); });
-}
-
-/// Guess at the amplitude of the place u of a span in the fastest oscillation, as its nodes have it.
-double swing_at(const Model& m, const FiberGeometry& g, std::uint32_t fiber, std::uint32_t span, double u) {
-  double swing = 0;
-  each_node_at(m, g, fiber, span, u, [&](std::uint32_t p, double share) { swing += share * g.amplitude[p]; });
-  return swing;
+  return (1 / std::max(distance, shortest_separation * law.reach)) * separation;
 }
 
 /// Normal force of a contact, summed over its samples.
@@ -277,8 +151,8 @@ struct NormalSum {
 
 /// Pushes one sample of a contact, a share `weight` [m] of fiber at `u` of the point's span, off its closest point q on the span `span`.
 /// Returns its bound on the stiffness along the normal [N/m].
-inline double push(const Target& at, const PairLaw& law, const AxisPoint& q, double spared, double weight, double u, std::uint32_t node,
-                   std::uint32_t span, Reaction& reaction, NormalSum& sum, ContactSums& sums) {
+inline double push(const ContactTarget& at, const PairLaw& law, const AxisPoint& q, double spared, double weight, double u,
+                   std::uint32_t node, std::uint32_t span, Reaction& reaction, NormalSum& sum, ContactSums& sums) {
   const double distance = std::sqrt(q.distance2);
   const double overlap = law.reach - distance - spared, ratio = overlap * law.inverse_reach;
   const auto [force, stiffness] = law.line_response(overlap);
@@ -299,27 +173,20 @@ inline double push(const Target& at, const PairLaw& law, const AxisPoint& q, dou
 }
 
 /// All samples of a contact at once where their closest points lie on one span. False, with nothing done, where they do not.
-inline bool push_samples_on_span(const Target& at, const LineContact& c, Touch& touch, double explained, const PairLaw& law, double weight,
-                                 Reaction& reaction, NormalSum& sum, ContactSums& sums) {
+inline bool push_samples_on_span(const ContactTarget& at, const LineContact& c, Touch& touch, double explained, const PairLaw& law,
+                                 double weight, Reaction& reaction, NormalSum& sum, ContactSums& sums) {
   const FiberGeometry& g = at.g;
   const Span &a = g.span[c.node], &b = g.span[c.span];
   Vec3 start = a.middle - b.middle;
   start.y() -= c.image * at.model.period_y;
-  const Samples u = double{c.at} + at.offsets / at.model.points[at.fiber];
-  const SampleVectors from_middle = SampleVectors::on_curve(start, a.slope, a.curve, u);
-  const NearnessCubic cubic(b);
+  const Samples u = double{c.at} + sample_offsets / at.model.points[at.fiber];
+  const Vectors<samples> from_middle = Vectors<samples>::on_curve(start, a.slope, a.curve, u);
+  const NearnessCubic<double> cubic = nearness_cubic(b);
   const Samples along = from_middle.dot(b.slope), steep = cubic.slope2 - from_middle.dot(b.curve);
-  Samples v = Samples::Zero();
-  for (int i = 0; i < newton_limit; ++i) {
-    const Samples slope = cubic.minus_slope(steep, v), length2 = cubic.length2_of_tangent(v);
-    const auto newton = slope > flattest * length2;
-    const Samples change = cubic.value(along, steep, v) / newton.select(slope, length2);
-    v += change;
-    if (change.abs().maxCoeff() < (newton.all() ? nearly_converged : converged)) break;
-  }
+  const Samples v = nearest_on_spans<double, samples>(cubic, along, steep);
   if (v.minCoeff() < b.low || v.maxCoeff() > b.high) return false;
 
-  const SampleVectors r = from_middle - SampleVectors::on_curve(Vec3::Zero(), b.slope, b.curve, v);
+  const Vectors<samples> r = from_middle - Vectors<samples>::on_curve(Vec3::Zero(), b.slope, b.curve, v);
   const double w = weight / samples * law.line;
   const Samples distance = r.dot(r).sqrt();
   sum.gap = distance.minCoeff() - law.reach;
@@ -345,8 +212,8 @@ inline bool push_samples_on_span(const Target& at, const LineContact& c, Touch& 
 
 /// The samples of a contact between two yarns: the law is integrated over the length of fiber that the point stands for, as its closest
 /// points lie, so that a crossing is felt alike wherever it is between two points. They may lie on the span at hand and on one beside it.
-inline NormalSum push_samples(const Target& at, const LineContact& c, Touch& touch, double explained, const PairLaw& law, double weight,
-                              std::span<Reaction, 2> reaction, ContactSums& sums) {
+inline NormalSum push_samples(const ContactTarget& at, const LineContact& c, Touch& touch, double explained, const PairLaw& law,
+                              double weight, std::span<Reaction, 2> reaction, ContactSums& sums) {
   const FiberGeometry& g = at.g;
   NormalSum sum;
   if (push_samples_on_span(at, c, touch, explained, law, weight, reaction[0], sum, sums)) return sum;
@@ -357,7 +224,7 @@ inline NormalSum push_samples(const Target& at, const LineContact& c, Touch& tou
   for (int k = 0; k < samples; ++k) {
     span[k] = c.span;
     std::int32_t image = c.image;
-    nearest[k] = walk_to_point(at.model, g, g.span[c.node].point(c.at + at.offsets[k] * cell), span[k], image);
+    nearest[k] = walk_to_point(at.model, g, g.span[c.node].point(c.at + sample_offsets[k] * cell), span[k], image);
     nearest2 = std::min(nearest2, nearest[k].distance2);
   }
   sum.gap = std::sqrt(nearest2) - law.reach;
@@ -367,16 +234,22 @@ inline NormalSum push_samples(const Target& at, const LineContact& c, Touch& tou
     if (nearest[k].distance2 >= reach * reach) continue;
     Reaction& on_span = reaction[span[k] == c.span ? 0 : 1];
     if (on_span.active && on_span.span != span[k]) continue;
-    const double u = c.at + at.offsets[k] * cell;
+    const double u = c.at + sample_offsets[k] * cell;
     const double bound = push(at, law, nearest[k], touch.spared, weight / samples, u, c.node, span[k], on_span, sum, sums);
     on_span.stiffness.springs.add(bound, unit_normal(law, nearest[k].separation, std::sqrt(nearest[k].distance2)));
   }
   return sum;
 }
 
-/// `before`: the contact evaluated before this one, or none.
-void line_contact(const Target& at, FiberPairs& pairs, LineContact& c, Touch& touch, const LineContact* before,
-                  std::span<Reaction, 2> reaction, ContactSums& sums) {
+/// Whether a contact and the one evaluated before it, if any, are two of one point, each followed along a bent fiber from a place of its
+/// own, that have met: then the first counts alone.
+bool has_met(const Model& m, const LineContact* before, const LineContact& c) {
+  return before != nullptr && spans_apart(m, *before, c) <= 1;
+}
+
+/// `nearest`: closest point on the touched span, if it is known. `before`: the contact evaluated before this one, or none.
+void line_contact(const ContactTarget& at, FiberPairs& pairs, const std::optional<AxisPoint>& nearest, LineContact& c, Touch& touch,
+                  const LineContact* before, std::span<Reaction, 2> reaction, ContactSums& sums) {
   const Model& m = at.model;
   const FiberGeometry& g = at.g;
   const std::uint32_t p = c.node, other = m.fiber_of[c.span];
@@ -385,12 +258,10 @@ void line_contact(const Target& at, FiberPairs& pairs, LineContact& c, Touch& to
   // If they were apart: how far they can be inside one another now.
   const double inside_at_most = c.asleep_until != 0 ? g.travel[p] + g.travel[c.span] - c.asleep_until : law.reach;
   c.asleep_until = 0;
-  const AxisPoint q = walk_to_point(m, g, contact_point(g, c), c.span, c.image);
+  const AxisPoint q = nearest ? *nearest : walk_to_point(m, g, contact_point(g, c), c.span, c.image);
   const bool one_yarn = pair.meets_at_nodes, on_reed = pair.on_reed;
   const double weight = pair.share_of_points * (one_yarn ? m.tributary[p] : m.point_length[at.fiber]);
-  // Two contacts of one point, each followed along a bent fiber from a place of its own, have met: then the first counts alone.
-  const bool met = before != nullptr && spans_apart(m, *before, c) <= 1;
-  if (met || (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.span, c.image))) {
+  if (has_met(m, before, c) || (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.span, c.image))) {
     release(touch, sums.slip_loss);
     return let_sleep(g, 0, c);
   }
@@ -474,7 +345,7 @@ void line_contact(const Target& at, FiberPairs& pairs, LineContact& c, Touch& to
 
 /// Node-to-node law of Yang 2015, eq. (3)-(7), kept to compare with: force along the part of the node-to-node vector normal to each
 /// fiber's own tangent. Action and reaction differ where fibers cross.
-void node_contact(const Target& at, LineContact& c, Touch& touch, Reaction& reaction, ContactSums& sums) {
+void node_contact(const ContactTarget& at, LineContact& c, Touch& touch, Reaction& reaction, ContactSums& sums) {
   const Model& m = at.model;
   const FiberGeometry& g = at.g;
   c.asleep_until = 0;
@@ -520,12 +391,32 @@ void node_contact(const Target& at, LineContact& c, Touch& touch, Reaction& reac
   if (at.with_energy) sums.energy += weight * law.line_energy(overlap);
 }
 
+/// Those of a fiber's contacts that come next and may touch in this step.
+struct AwakeContacts {
+  static constexpr int most = 32;
+  std::array<std::uint32_t, most> number;
+  int count = 0;
+};
+
 /// Asks for the cache lines of an object that is used soon.
 template <typename T>
 void fetch(const T& object) {
   const auto* bytes = reinterpret_cast<const char*>(&object);
   __builtin_prefetch(bytes);
   __builtin_prefetch(bytes + sizeof(T) - 1);
+}
+
+/// From contact i on, which is moved to the first one not looked at; before `end`.
+AwakeContacts next_awake(const FiberGeometry& g, const ActiveContacts& active, std::uint32_t& i, std::uint32_t end) {
+  AwakeContacts awake;
+  for (; i < end && awake.count < AwakeContacts::most; ++i) {
+    const LineContact& c = active.line[i];
+    if (g.reach_ahead[c.node] + g.reach_ahead[c.span] < c.asleep_until) continue;
+    awake.number[awake.count++] = i;
+    fetch(g.span[c.span]);
+    fetch(g.v[c.span]);
+  }
+  return awake;
 }
 
 }  // namespace
@@ -604,36 +495,54 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
                               ContactList& contacts, std::span<SpanForce> force, std::span<DirectionalStiffness> stiffness,
                               std::span<double> couple) {
   ContactSums sums;
-  const Target at{model, geometry, fiber, dt, with_energy, force, stiffness, couple, sample_offsets()};
+  const ContactTarget at{model, geometry, fiber, dt, with_energy, force, stiffness, couple};
   FiberPairs pairs(model, fiber);
+  YarnContacts of_yarn;
+  NearestPoints nearest;
   std::array<Reaction, 2> reaction;
   for (ActiveContacts* active : {&contacts.active, &contacts.on_reed}) {
+    const bool by_node = model.node_contact && active == &contacts.active;
     const LineContact* before = nullptr;
     std::uint32_t slot = 2 * active->of[fiber];
     const std::uint32_t end = active->of[fiber + 1];
-    for (std::uint32_t i = active->of[fiber]; i < end; ++i) {
-      LineContact& contact = active->line[i];
-      if (const std::uint32_t ahead = i + span_ahead; ahead < end && active->line[ahead].asleep_until == 0) {
-        fetch(geometry.span[active->line[ahead].span]);
-        fetch(geometry.v[active->line[ahead].span]);
+    for (std::uint32_t i = active->of[fiber]; i < end;) {
+      const AwakeContacts awake = next_awake(geometry, *active, i, end);
+      of_yarn.clear();
+      nearest.clear();
+      std::array<int, AwakeContacts::most> in_yarn, alone;
+      for (int k = 0; k < awake.count && !by_node; ++k) {
+        const LineContact& contact = active->line[awake.number[k]];
+        in_yarn[k] = of_yarn.take(at, pairs, contact, active->touch[awake.number[k]]);
+        if (in_yarn[k] < 0) alone[k] = nearest.take(at, contact);
       }
-      if (geometry.reach_ahead[contact.node] + geometry.reach_ahead[contact.span] < contact.asleep_until) continue;
-      sums.nodes.add(contact.node);
-      if (model.node_contact && active == &contacts.active) {
-        node_contact(at, contact, active->touch[i], reaction[0], sums);
-      } else {
-        line_contact(at, pairs, contact, active->touch[i], before, reaction, sums);
+      of_yarn.evaluate(at, pairs);
+      nearest.find(at);
+      for (int k = 0; k < awake.count; ++k) {
+        const std::uint32_t number = awake.number[k];
+        LineContact& contact = active->line[number];
+        Touch& touch = active->touch[number];
+        sums.nodes.add(contact.node);
+        const std::uint32_t first = slot;
+        if (by_node) {
+          node_contact(at, contact, touch, reaction[0], sums);
+        } else if (in_yarn[k] >= 0 && of_yarn.holds(in_yarn[k]) && !has_met(model, before, contact)) {
+          of_yarn.apply(in_yarn[k], at, contact, touch, active->reaction[slot++], sums);
+        } else {
+          const bool found = in_yarn[k] < 0 && nearest.on_span(alone[k]);
+          const std::optional<AxisPoint> point = found ? std::optional(nearest[alone[k]]) : std::nullopt;
+          line_contact(at, pairs, point, contact, touch, before, reaction, sums);
+        }
+        for (Reaction& r : reaction) {
+          if (!r.active) continue;
+          active->reaction[slot++] = r;
+          r.active = false;
+        }
+        active->reacts[active->place[number]] = {first, slot};
         before = &contact;
       }
-      const std::uint32_t first = slot;
-      for (Reaction& r : reaction) {
-        if (!r.active) continue;
-        active->reaction[slot++] = r;
-        r.active = false;
-      }
-      active->reacts[active->place[i]] = {first, slot};
     }
   }
+  of_yarn.flush(at);
   return sums;
 }
 
