@@ -1,4 +1,5 @@
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <numeric>
 
 #include "weave/peak_memory.hpp"
@@ -78,6 +79,11 @@ std::string summary_json(const Case& c, const WeaveResult& r) {
   j["steadiness_by_label_per_cell"] = by_label;
   j["cell_shift_z_m"] = shift;
   j["order_violations"] = s.order_violations;
+  j["weft_column_spread_m"] = s.order.column_spread;
+  j["weft_column_distances_m"] = s.order.column_distances;
+  j["wefts_out_of_layer"] = s.order.wefts_out_of_layer;
+  j["fiber_slack_max"] = s.order.fiber_slack;
+  j["fiber_turn_max_deg"] = s.order.sharpest_turn * 180 / std::numbers::pi;
   j["searches"] = s.searches;
   j["late_rebuilds"] = s.late_searches;
   j["overlap_max"] = s.overlap_max;

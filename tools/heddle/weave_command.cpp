@@ -59,6 +59,8 @@ int weave_command(const WeaveOptions& options) {
   if (!s.steadiness.empty()) {
     fmt::print("  last two cells differ by {:.3f} d (mean), {:.3f} d (largest)\n", s.steadiness.back().mean, s.steadiness.back().largest);
   }
+  fmt::print("  wefts of a column apart by {:.3g} mm at most, {} out of layer; fibers up to {:.2g} % longer than their yarn\n",
+             1e3 * s.order.column_spread, s.order.wefts_out_of_layer, 1e2 * s.order.fiber_slack);
   fmt::print("  energy ledger open by {:.2e} of the work put in\n  results in {}\n", s.energy_residual, run.output.string());
   return 0;
 }

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "weave/case.hpp"
+#include "weave/cloth_order.hpp"
 #include "weave/history.hpp"
 #include "weave/loom.hpp"
 #include "weave/measures.hpp"
@@ -53,6 +54,7 @@ struct WeaveSummary {
   CellMeasures cell;                ///< of the last unit cell
   std::vector<double> void_shares;  ///< by section of the last unit cell
   StressByPlace warp_stress;        ///< of the last unit cell
+  ClothOrder order;                 ///< of the last unit cell
   std::vector<double> warp_stress_behind_fell;  ///< by cell lengths of the cloth that is on the loom at the end [Pa]
   std::vector<Steadiness> steadiness;           ///< of successive cells, each when its last pick was done
   int order_violations = 0;
