@@ -238,7 +238,9 @@ LoomLayout lay_out(const Case& c) {
       layout.warps.push_back(p);
     }
   }
-  layout.start_length = std::max(c.take_up.length, 3 * weft_height);
+  // As where a cell is cut off, half way between two columns, so that the cloth has no room to creep back into; but not so near that the
+  // straight warps press the first weft out of their fork.
+  layout.start_length = std::max(0.5 * c.take_up.length, 1.5 * weft_height);
   // What one pick can draw: the take-up with its crimp, and a warp that crosses the cloth, which is at most half as thick as the shed is
   // high.
   layout.stored_length = 1.5 * c.take_up.length + 0.5 * c.loom.height + 2 * c.numerics.element_length * layout.fiber_diameter;

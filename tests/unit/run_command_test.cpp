@@ -29,7 +29,7 @@ TEST_F(RunCommand, WritesEveryFormatAndTheTimeOfEachStage) {
   heddle::PipelineOptions options;
   options.case_file = folder / "case.toml";
   options.output = folder / "out";
-  options.overrides = {"yarns.glass.fibers=1"};
+  options.overrides = {"yarns.glass.fibers=1", "fabric.cells=3", "numerics.element_length=1.5"};
   options.until = "mesh";
   options.elements = 200;
   options.unconverged = true;  // loose fibers have no strict minimum
