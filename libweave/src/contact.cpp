@@ -17,10 +17,10 @@ namespace weave {
 namespace {
 
 constexpr int walk_limit = 50;
-/// How many reactions ahead memory is asked for that another core has written.
-constexpr std::uint32_t reaction_ahead = 12;
 /// Of the line law on the length of fiber, half a diameter at most, that a point between two yarns stands for.
 constexpr int samples = 4;
+/// How many reactions ahead memory is asked for that another core has written.
+constexpr std::uint32_t reaction_ahead = 12;
 
 struct Step {
   bool exists = false;
@@ -130,7 +130,6 @@ void part(Touch& touch, const Slip& slip, double& lost) {
 }
 
 using Samples = Numbers<samples>;
-
 /// Places of the samples about their point, in shares of the length that the point stands for.
 const Samples sample_offsets = Samples::LinSpaced(0.5 / samples - 0.5, 0.5 - 0.5 / samples);
 constexpr double last_offset = 0.5 - 0.5 / samples;
@@ -512,8 +511,9 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
       std::array<int, AwakeContacts::most> in_yarn, alone;
       for (int k = 0; k < awake.count && !by_node; ++k) {
         const LineContact& contact = active->line[awake.number[k]];
-        in_yarn[k] = of_yarn.take(at, pairs, contact, active->touch[awake.number[k]]);
-        if (in_yarn[k] < 0) alone[k] = nearest.take(at, contact);
+        const Touch& touch = active->touch[awake.number[k]];
+        in_yarn[k] = of_yarn.take(at, pairs, contact, touch);
+        alone[k] = in_yarn[k] < 0 ? nearest.take(at, contact) : -1;
       }
       of_yarn.evaluate(at, pairs);
       nearest.find(at);
@@ -528,7 +528,7 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
         } else if (in_yarn[k] >= 0 && of_yarn.holds(in_yarn[k]) && !has_met(model, before, contact)) {
           of_yarn.apply(in_yarn[k], at, contact, touch, active->reaction[slot++], sums);
         } else {
-          const bool found = in_yarn[k] < 0 && nearest.on_span(alone[k]);
+          const bool found = alone[k] >= 0 && nearest.on_span(alone[k]);
           const std::optional<AxisPoint> point = found ? std::optional(nearest[alone[k]]) : std::nullopt;
           line_contact(at, pairs, point, contact, touch, before, reaction, sums);
         }

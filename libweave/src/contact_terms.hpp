@@ -6,6 +6,7 @@
 #include <limits>
 #include <span>
 
+#include "numbers_side_by_side.hpp"
 #include "weave/contact.hpp"
 
 namespace weave {
@@ -21,45 +22,6 @@ constexpr double flattest = 0.1;
 constexpr double unexplained = 1e-6;
 /// The shortest separation by which a normal is still made a unit vector [sum of the radii].
 constexpr double shortest_separation = 1e-3;
-
-/// Numbers side by side.
-template <int n>
-using Numbers = Eigen::Array<double, n, 1>;
-
-/// Eigen would approximate eight roots at once.
-template <int n>
-Numbers<n> root(const Numbers<n>& a) {
-  Numbers<n> r;
-  for (int k = 0; k < n; ++k) r[k] = std::sqrt(a[k]);
-  return r;
-}
-
-/// Vectors side by side.
-template <int n>
-struct Vectors {
-  Numbers<n> x, y, z;
-
-  /// start + u along + u^2/2 bend.
-  static Vectors on_curve(const Vec3& start, const Vec3& along, const Vec3& bend, const Numbers<n>& u) {
-    const Numbers<n> half = 0.5 * u;
-    return {start.x() + u * (along.x() + half * bend.x()), start.y() + u * (along.y() + half * bend.y()),
-            start.z() + u * (along.z() + half * bend.z())};
-  }
-  void set(int k, const Vec3& v) {
-    x[k] = v.x();
-    y[k] = v.y();
-    z[k] = v.z();
-  }
-  [[nodiscard]] Vec3 operator[](int k) const { return {x[k], y[k], z[k]}; }
-  [[nodiscard]] Vectors operator+(const Vectors& o) const { return {x + o.x, y + o.y, z + o.z}; }
-  [[nodiscard]] Vectors operator-(const Vectors& o) const { return {x - o.x, y - o.y, z - o.z}; }
-  [[nodiscard]] Vectors times(const Numbers<n>& f) const { return {f * x, f * y, f * z}; }
-  [[nodiscard]] Numbers<n> dot(const Vectors& o) const { return x * o.x + y * o.y + z * o.z; }
-  [[nodiscard]] Numbers<n> dot(const Vec3& o) const { return x * o.x() + y * o.y() + z * o.z(); }
-  [[nodiscard]] Vectors cross(const Vectors& o) const { return {y * o.z - z * o.y, z * o.x - x * o.z, x * o.y - y * o.x}; }
-  /// Sum of the vectors, each times its weight.
-  [[nodiscard]] Vec3 sum(const Numbers<n>& weight) const { return {(weight * x).sum(), (weight * y).sum(), (weight * z).sum()}; }
-};
 
 /// The cubic (r - c(u)).c'(u) whose root is the point of a span nearest to a point r from its middle. T: double, or an array of them.
 template <typename T>

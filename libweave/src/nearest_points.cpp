@@ -9,10 +9,7 @@ int NearestPoints::take(const ContactTarget& at, const LineContact& c) {
   Vec3 from_middle = contact_point(at.g, c) - span.middle;
   from_middle.y() -= c.image * at.model.period_y;
   b.from_middle.set(k, from_middle);
-  b.slope.set(k, span.slope);
-  b.curve.set(k, span.curve);
-  b.low[k] = span.low;
-  b.high[k] = span.high;
+  b.span.set(k, span);
   last_ = &c;
   return count_++;
 }
@@ -21,12 +18,10 @@ void NearestPoints::find(const ContactTarget& at) {
   while (count_ % lanes != 0) take(at, *last_);
   for (int first = 0; first < count_; first += lanes) {
     Batch& b = batch_[batch_of(first)];
-    const Numbers<lanes> slope2 = b.slope.dot(b.slope);
-    const NearnessCubic<Numbers<lanes>> cubic{slope2, b.slope.dot(b.curve), b.curve.dot(b.curve)};
-    b.u = nearest_on_spans<Numbers<lanes>, lanes>(cubic, b.from_middle.dot(b.slope), slope2 - b.from_middle.dot(b.curve));
-    b.separation = b.from_middle - b.slope.times(b.u) - b.curve.times(0.5 * b.u * b.u);
+    b.u = b.span.nearest(b.from_middle);
+    b.separation = b.from_middle - b.span.from_middle(b.u);
     b.distance2 = b.separation.dot(b.separation);
-    b.on_span = b.u >= b.low && b.u <= b.high;
+    b.on_span = b.span.has(b.u);
   }
 }
 

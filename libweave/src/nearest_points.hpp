@@ -1,8 +1,7 @@
 #pragma once
 #include <array>
-#include <cstdint>
 
-#include "contact_terms.hpp"
+#include "contact_lanes.hpp"
 
 namespace weave {
 
@@ -18,14 +17,14 @@ class NearestPoints {
   [[nodiscard]] AxisPoint operator[](int place) const;
 
  private:
-  static constexpr int lanes = 8, capacity = 32;
   struct Batch {
-    Vectors<lanes> from_middle, slope, curve;  ///< of the touched span
-    Numbers<lanes> low, high;                  ///< of u
-    Numbers<lanes> u, distance2;
-    Vectors<lanes> separation;
-    Eigen::Array<bool, lanes, 1> on_span;
+    LaneVectors from_middle;  ///< of the touched span
+    SpanLanes span;
+    LaneNumbers u, distance2;
+    LaneVectors separation;
+    LaneFlags on_span;
   };
+  static constexpr int capacity = 32;
   static std::size_t batch_of(int place) { return static_cast<std::size_t>(place / lanes); }
 
   std::array<Batch, capacity / lanes> batch_;

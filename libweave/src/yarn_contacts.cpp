@@ -5,8 +5,7 @@ int YarnContacts::take(const ContactTarget& at, FiberPairs& pairs, const LineCon
   const Model& m = at.model;
   const FiberGeometry& g = at.g;
   const std::uint32_t p = c.node, s = c.span, other = m.fiber_of[s];
-  if (!touch.is_held() || other == at.fiber) return -1;
-  if (s == m.first[other] || s + 1 >= m.first[other] + m.own_nodes(other)) return -1;
+  if (!touch.is_held() || other == at.fiber || !is_inner_span(m, other, s)) return -1;
   const FiberPair& pair = pairs.with(other);
   if (!pair.meets_at_nodes) return -1;
   if (taken_at_ != p) {
@@ -16,31 +15,20 @@ int YarnContacts::take(const ContactTarget& at, FiberPairs& pairs, const LineCon
   }
   Batch& b = batch_[batch_of(count_)];
   const int k = count_ % lanes;
-  const Span& span = g.span[s];
-  Vec3 separation = g.span[p].middle - span.middle;
+  Vec3 separation = g.span[p].middle - g.span[s].middle;
   separation.y() -= c.image * m.period_y;
   b.separation.set(k, separation);
-  b.slope.set(k, span.slope);
-  b.curve.set(k, span.curve);
-  b.low[k] = span.low;
-  b.high[k] = span.high;
-  b.speed_before.set(k, speed_ - g.v[s - 1]);
-  b.speed_here.set(k, speed_ - g.v[s]);
-  b.speed_after.set(k, speed_ - g.v[s + 1]);
-  b.swing[k] = swing_;
-  b.swing_before[k] = g.amplitude[s - 1];
-  b.swing_here[k] = g.amplitude[s];
-  b.swing_after[k] = g.amplitude[s + 1];
+  b.span.set(k, g.span[s]);
+  b.velocity.set(k, g.v, s);
+  b.amplitude.set(k, g.amplitude, s);
+  b.speed.set(k, speed_);
   b.turn[k] = g.turn[p];
-  b.weight[k] = pair.share_of_points * m.tributary[p];
   b.reach[k] = pair.law->reach;
   b.line[k] = pair.law->line;
   b.way[k] = approach(g, p, s);
-  b.along[k] = touch.along;
-  b.across[k] = touch.across;
-  b.spring[k] = touch.stiffness;
-  b.overlap[k] = touch.overlap;
-  b.spared[k] = touch.spared;
+  b.weight[k] = pair.share_of_points * m.tributary[p];
+  b.touch.set(k, touch);
+  b.swing[k] = swing_;
   last_contact_ = &c;
   last_touch_ = &touch;
   return count_++;
@@ -52,96 +40,62 @@ void YarnContacts::evaluate(const ContactTarget& at, FiberPairs& pairs) {
 }
 
 void YarnContacts::compute(const ContactTarget& at, Batch& b) {
-  const V &slope = b.slope, &curve = b.curve, &r = b.separation;
-  const NearnessCubic<N> cubic{slope.dot(slope), slope.dot(curve), curve.dot(curve)};
-  const N u = nearest_on_spans<N, lanes>(cubic, r.dot(slope), cubic.slope2 - r.dot(curve));
-  const N half2 = 0.5 * u * u;
-  const V apart = r - slope.times(u) - curve.times(half2);
-  const N distance = root(apart.dot(apart)), inside = b.reach - distance;
+  const LaneNumbers u = b.span.nearest(b.separation);
+  const LaneVectors apart = b.separation - b.span.from_middle(u);
+  const LaneNumbers distance = root(apart.dot(apart)), inside = b.reach - distance;
   b.u = u;
   b.inside = inside;
   b.ratio = inside / b.reach;
-  b.holds = u >= b.low && u <= b.high && inside <= b.overlap + b.way + unexplained * b.reach && inside > b.spared;
+  b.holds = b.span.has(u) && inside <= b.touch.overlap + b.way + unexplained * b.reach && inside > b.touch.spared;
 
-  // The normal force.
-  b.pressing = (inside - b.spared).max(0);
-  const N stiffness = b.weight * b.line * root(b.pressing) / (b.reach - b.pressing), size = stiffness * b.pressing;
-  const V n = apart.times(1 / distance.max(shortest_separation * b.reach));
-  const N bound = 1.5 * stiffness * (1 + b.pressing / b.reach);
-  const N before = 0.5 * (0.5 - u) * (0.5 - u), after = 0.5 * (0.5 + u) * (0.5 + u), here = 0.75 - u * u;
-  b.swing += before * b.swing_before + here * b.swing_here + after * b.swing_after;
-
-  // Friction: slip along the touched fiber, and across it over one another by what the yarn's turning does not explain.
-  const double friction = at.model.friction_within(at.fiber);
-  N across_bound = N::Zero();
+  b.pressing = (inside - b.touch.spared).max(0);
+  const LaneNumbers slope = b.weight * b.line * root(b.pressing) / (b.reach - b.pressing), size = slope * b.pressing;
+  const LaneVectors n = apart.times(1 / distance.max(shortest_separation * b.reach));
+  const LaneNumbers bound = 1.5 * slope * (1 + b.pressing / b.reach);
+  const ShareLanes share = ShareLanes::at(u);
+  b.swing += b.amplitude.sum(share);
   b.force = n.times(size);
-  b.on_slope = {N::Zero(), N::Zero(), N::Zero()};
-  b.couple = b.lost = N::Zero();
-  if (friction > 0) {
-    const V tangent = slope + curve.times(u);
-    const N inverse = 1 / root(tangent.dot(tangent)), arm = distance * inverse;
-    const V t = tangent.times(inverse), over = n.cross(t);
-    const V speed = b.speed_before.times(before) + b.speed_here.times(here) + b.speed_after.times(after);
-    // Of the axis's tangent; the point's own speed is in all three and goes out.
-    const V tangent_rate = b.speed_before.times(0.5 - u) + b.speed_here.times(2 * u) - b.speed_after.times(0.5 + u);
-    const N slip = at.dt * (speed.dot(t) + arm * n.dot(tangent_rate)), slip_over = at.dt * (speed.dot(over) + distance * b.turn);
-    const N spring = friction * 1.5 * stiffness;
-    const N softness = (b.spring > 0).select(1 / b.spring, 0), share = (spring * softness).min(1);
-    N f = b.along * share - spring * slip;
-    const N wanted = b.across * share - spring * slip_over;
-    const N cap = std::min(friction, at.model.friction) * size, interlock = friction * size - cap;
-    const N locked = wanted.max(-interlock).min(interlock), free = wanted - locked;
-    const N force2 = f * f + free * free;
-    const N back = (force2 > cap * cap).select(cap / root(force2), 1);
-    f *= back;
-    const N a = locked + back * free;
-    b.lost = 0.5 * ((b.along * b.along + b.across * b.across) * softness - (f * f + a * a) / spring - (b.along + f) * slip -
-                    (b.across + a) * slip_over);
-    b.along = f;
-    b.across = a;
-    b.spring = spring;
-    b.couple = distance * a;
-    b.force = b.force + t.times(f) + over.times(a);
-    b.on_slope = n.times(f * arm);
-    across_bound = spring;
+  b.lost = b.couple = LaneNumbers::Zero();
+  LaneNumbers spring = LaneNumbers::Zero();
+  LaneVectors pull = LaneVectors::zero();  // on the touched axis's tangent
+  // Slip along the touched fiber, and across it over one another by what the yarn's turning does not explain.
+  if (const double friction = at.model.friction_within(at.fiber); friction > 0) {
+    const LaneVectors tangent = b.span.tangent(u);
+    const LaneNumbers inverse = 1 / root(tangent.dot(tangent)), arm = distance * inverse;
+    const LaneVectors t = tangent.times(inverse), over = n.cross(t), speed = b.speed - b.velocity.sum(share);
+    const LaneNumbers slip = at.dt * (speed.dot(t) + arm * n.dot(b.velocity.sum(ShareLanes::slope_at(u))));
+    const LaneNumbers slip_over = at.dt * (speed.dot(over) + distance * b.turn);
+    spring = friction * 1.5 * slope;
+    const LaneNumbers cap = std::min(friction, at.model.friction) * size;
+    b.lost = b.touch.slide(slip, slip_over, LaneNumbers::Ones(), spring, cap, friction * size - cap);
+    b.couple = distance * b.touch.across;
+    b.force = b.force + t.times(b.touch.along) + over.times(b.touch.across);
+    pull = n.times(b.touch.along * arm);
   }
-  const N along_n = bound - across_bound;
-  b.xx = along_n * n.x * n.x + across_bound;
-  b.yy = along_n * n.y * n.y + across_bound;
-  b.zz = along_n * n.z * n.z + across_bound;
-  b.xy = along_n * n.x * n.y;
-  b.xz = along_n * n.x * n.z;
-  b.yz = along_n * n.y * n.z;
+  b.felt = StiffnessLanes::along(n, bound, spring);
+  b.reaction = {LaneVectors::zero(), LaneVectors::zero(), LaneVectors::zero()};
+  b.reaction.add(b.force.times(LaneNumbers::Constant(-1)), u);
+  b.reaction.add_to_tangent(pull, u);
 }
 
 void YarnContacts::apply(int place, const ContactTarget& at, const LineContact& c, Touch& touch, Reaction& reaction, ContactSums& sums) {
   const int k = place % lanes;
   const Batch& b = batch_[batch_of(place)];
   const std::uint32_t p = c.node;
-  const double u = b.u[k];
-  touch.overlap = static_cast<float>(b.inside[k]);
-  touch.spared = std::min(touch.spared, touch.overlap);
-  touch.along = b.along[k];
-  touch.across = b.across[k];
-  touch.stiffness = b.spring[k];
+  b.touch.get(k, b.inside[k], touch);
   ++sums.touching;
   note_overlap(b.ratio[k], p, c.span, sums);
   sums.slip_loss += b.lost[k];
   if (at.with_energy) {
-    const double weight = b.weight[k];
-    sums.energy += weight * PairLaw{b.reach[k], 1 / b.reach[k], b.line[k]}.line_energy(b.pressing[k]);
+    sums.energy += b.weight[k] * PairLaw{b.reach[k], 1 / b.reach[k], b.line[k]}.line_energy(b.pressing[k]);
     sums.friction_store += stored_in(touch);
   }
   at.couple[p] += b.couple[k];
-  const Vec3 force = b.force[k];
-  at.force[p].on_middle += force;
-  reaction.force = {};
-  reaction.force.add(-force, u);
-  reaction.force.add_to_tangent(b.on_slope[k], u);
-  reaction.stiffness.springs.k << static_cast<float>(b.xx[k]), static_cast<float>(b.yy[k]), static_cast<float>(b.zz[k]),
-      static_cast<float>(b.xy[k]), static_cast<float>(b.xz[k]), static_cast<float>(b.yz[k]), 0, 0;
+  at.force[p].on_middle += b.force[k];
+  reaction.force = b.reaction[k];
+  b.felt.get(k, reaction.stiffness.springs);
   reaction.stiffness.swing = static_cast<float>(b.swing[k]);
-  reaction.at = static_cast<float>(u);
+  reaction.at = static_cast<float>(b.u[k]);
   reaction.span = c.span;
   reaction.active = true;
   if (felt_at_ != p) {

@@ -2,7 +2,7 @@
 #include <array>
 #include <cstdint>
 
-#include "contact_terms.hpp"
+#include "contact_lanes.hpp"
 
 namespace weave {
 
@@ -24,23 +24,24 @@ class YarnContacts {
   void flush(const ContactTarget& at);
 
  private:
-  static constexpr int lanes = 8, capacity = 32;
-  using N = Numbers<lanes>;
-  using V = Vectors<lanes>;
+  static constexpr int capacity = 32;
 
-  /// Eight contacts: what they are evaluated from, and what comes of it.
+  /// What eight contacts are evaluated from, and what comes of it.
   struct Batch {
-    V separation, slope, curve;                ///< from the touched span's middle to the point; of that span
-    N low, high;                               ///< of u
-    V speed_before, speed_here, speed_after;   ///< of the point over the nodes of the touched span
-    N swing_before, swing_here, swing_after;   ///< their amplitudes
-    N turn, weight, reach, line, way;          ///< weight: length of fiber that the point stands for [m]
-    N along, across, spring, overlap, spared;  ///< of Touch
-    N u, inside, ratio, pressing;              ///< inside: overlap [m]; ratio: over the reach; pressing: what of it pushes [m]
-    N couple, lost, swing;                     ///< swing: of the place on the touched fiber
-    V force, on_slope;                         ///< on the point; on the touched span's slope, beside the force at u
-    N xx, yy, zz, xy, xz, yz;                  ///< of DirectionalStiffness
-    Eigen::Array<bool, lanes, 1> holds;
+    LaneVectors separation;              ///< from the touched span's middle to the point
+    SpanLanes span;                      ///< touched
+    NodeVectorLanes velocity;            ///< of its nodes
+    NodeNumberLanes amplitude;           ///< of its nodes
+    LaneVectors speed;                   ///< of the point
+    LaneNumbers turn, reach, line, way;  ///< of the yarn's section, PairLaw, approach
+    LaneNumbers weight;                  ///< length of fiber that the point stands for [m]
+    TouchLanes touch;
+    LaneFlags holds;
+    LaneNumbers u, inside, ratio, pressing;  ///< inside: overlap [m]; ratio: over the reach; pressing: what of it pushes [m]
+    LaneNumbers couple, lost, swing;         ///< swing: of ContactStiffness
+    LaneVectors force;                       ///< on the point
+    SpanForceLanes reaction;
+    StiffnessLanes felt;
   };
 
   static void compute(const ContactTarget& at, Batch& b);
