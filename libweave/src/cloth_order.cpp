@@ -52,7 +52,7 @@ void note_fibers(const Snapshot& s, ClothOrder& order) {
 
 }  // namespace
 
-ClothOrder cloth_order(const Snapshot& s, int layers) {
+ClothOrder cloth_order(const Snapshot& s, int layers, InsertionOrder insertion) {
   if (!(s.cell_length > 0)) throw std::invalid_argument("cloth_order: the snapshot is not of a unit cell");
   const std::vector<WeftPlace> wefts = weft_places(s);
   if (layers < 1 || wefts.empty() || wefts.size() % static_cast<std::size_t>(layers) != 0)
@@ -66,7 +66,10 @@ ClothOrder cloth_order(const Snapshot& s, int layers) {
       sum += wefts[i].x;
       low = std::min(low, wefts[i].x);
       high = std::max(high, wefts[i].x);
-      if (i > first && wefts[i].z >= wefts[i - 1].z) ++order.wefts_out_of_layer;
+      if (i == first) continue;
+      const auto layer = [&](std::size_t pick) { return layer_of_pick(static_cast<int>(pick), layers, insertion); };
+      const double below = wefts[i - 1].z - wefts[i].z;
+      if ((layer(i) > layer(i - 1) ? below : -below) <= 0) ++order.wefts_out_of_layer;
     }
     order.column_spread = std::max(order.column_spread, high - low);
     columns.push_back(sum / layers);

@@ -500,7 +500,7 @@ class WeavingRun {
       s.cell = measure_cell(result_.cell);
       s.void_shares = void_shares(result_.cell);
       s.warp_stress = warp_stress_by_place(result_.cell);
-      s.order = cloth_order(result_.cell, case_.layers);
+      s.order = cloth_order(result_.cell, case_.layers, case_.insertion_order);
     }
     if (!options_.output.empty()) {
       write_results(options_.output / "weave.vtkhdf", {result_.loom, result_.history, to_toml(case_), version()});

@@ -43,6 +43,12 @@ TEST(cloth_order, weft_over_the_one_before_it_is_out_of_layer) {
   EXPECT_EQ(weave::cloth_order(cell_of({{-0.75, 0.2}, {-0.75, 0.3}, {-0.25, 0.2}, {-0.25, 0.1}}), 2).wefts_out_of_layer, 1);
 }
 
+TEST(cloth_order, layers_of_alternating_columns_rise_and_fall) {
+  const auto cell = cell_of({{-0.75, 0.2}, {-0.75, 0.1}, {-0.25, 0.1}, {-0.25, 0.2}});
+  EXPECT_EQ(weave::cloth_order(cell, 2, weave::InsertionOrder::alternating).wefts_out_of_layer, 0);
+  EXPECT_EQ(weave::cloth_order(cell, 2, weave::InsertionOrder::top_first).wefts_out_of_layer, 1);
+}
+
 TEST(cloth_order, loop_of_a_fiber_is_slack_and_turns) {
   weave::Snapshot s = cell_of({{-0.75, 0}, {-0.25, 0}});
   s.x[5].z() = 0.1;  // of the first fiber: two bars of 0.1 become two of 0.1 sqrt(2), at right angles
