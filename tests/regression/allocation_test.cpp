@@ -7,7 +7,7 @@
 #include <new>
 #include <vector>
 
-#include "scenes/scenes.hpp"
+#include "regression/busy_tangle.hpp"
 
 namespace {
 std::atomic<std::size_t> allocations = 0;
@@ -52,12 +52,7 @@ TEST(allocation, is_counted) {
 }
 
 TEST(allocation, none_in_a_step) {
-  weave::FiberType type = glass_fiber();
-  type.bending_stiffness = 1e-10;
-  Scene scene = tangle(type, {.fibers = 30, .bars = 10, .box = 12, .speed = 20, .spin = 3000});
-  scene.model.friction = 0.3;
-  scene.model.axial_damping = 0.05;
-  scene.options.time_step_max = 1e-7;
+  Scene scene = busy_tangle();
   for (const bool implicit_axial : {false, true}) {
     scene.model.implicit_axial = implicit_axial;
     weave::Engine engine = scene.engine();

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <numbers>
 
-#include "scenes/scenes.hpp"
+#include "regression/busy_tangle.hpp"
 
 namespace {
 
@@ -76,12 +76,7 @@ Scene pushed_yarn(const weave::FiberType& type) {
 }
 
 TEST(determinism, bits_do_not_depend_on_the_number_of_threads) {
-  weave::FiberType type = glass_fiber();
-  type.bending_stiffness = 1e-10;
-  Scene scene = tangle(type, {.fibers = 30, .bars = 10, .box = 12, .speed = 20, .spin = 3000});
-  scene.model.friction = 0.3;
-  scene.model.axial_damping = 0.05;
-  scene.options.time_step_max = 1e-7;
+  const Scene scene = busy_tangle();
   const auto one = bits_after(scene, 1, 500);
   EXPECT_EQ(one, bits_after(scene, 2, 500));
   EXPECT_EQ(one, bits_after(scene, 8, 500));
