@@ -121,7 +121,13 @@ class WeavingRun {
   }
 
   WeaveResult run() {
-    while (loom_.pick < total_picks_ && result_.status == RunStatus::completed) run_pick();
+    while (loom_.pick < total_picks_ && result_.status == RunStatus::completed) {
+      if (options_.stop_after_pick >= 0 && loom_.pick >= options_.stop_after_pick) {
+        interrupt();
+      } else {
+        run_pick();
+      }
+    }
     finish();
     return std::move(result_);
   }
@@ -344,14 +350,18 @@ class WeavingRun {
   /// Since the start of the run, with the processes before this one that it was resumed from [s].
   double wall() const { return wall_before_ + seconds_since(start_); }
 
+  void interrupt() {
+    save_checkpoint();
+    result_.status = RunStatus::interrupted;
+    result_.message = options_.output.empty() ? "interrupted" : "interrupted; go on with --resume";
+  }
+
   /// Progress, checkpoint and the wish to stop.
   bool look_outside() {
     const std::int64_t step = engine_->state().step;
     const bool stop = (options_.stop && options_.stop->load()) || (options_.stop_at_step >= 0 && step >= options_.stop_at_step);
     if (stop) {
-      save_checkpoint();
-      result_.status = RunStatus::interrupted;
-      result_.message = options_.output.empty() ? "interrupted" : "interrupted; go on with --resume";
+      interrupt();
       return false;
     }
     if (step % 64 != 0) return true;

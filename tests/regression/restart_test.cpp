@@ -101,6 +101,21 @@ TEST(weaving_restart, stopped_and_resumed_gives_the_same_bits) {
   }
 }
 
+TEST(weaving_restart, stops_after_a_pick_and_goes_on_to_the_same_bits) {
+  const FreshFolder folder("after_pick");
+  RunOptions options;
+  options.output = folder.path();
+  options.stop_after_pick = 3;
+  const WeaveResult stopped = weave_cloth(small_case(), options);
+  EXPECT_EQ(stopped.status, RunStatus::interrupted);
+  EXPECT_EQ(stopped.summary.picks, 3);
+  EXPECT_EQ(stopped.history.reed_load_per_beat_N.size(), 3U);
+  options.resume = true;
+  EXPECT_EQ(weave_cloth(small_case(), options).summary.steps, stopped.summary.steps);  // they are done
+  options.stop_after_pick = -1;
+  expect_same_bits(straight(), weave_cloth(small_case(), options));
+}
+
 TEST(weaving_restart, two_threads_give_the_same_bits) {
   omp_set_num_threads(2);
   RunOptions options;

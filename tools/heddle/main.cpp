@@ -88,6 +88,8 @@ int main(int argc, char** argv) {
   add_case_changes(*weave_app, weave_options.overrides);
   weave_app->add_option("-j,--threads", weave_options.threads, "threads (default all)")->check(CLI::Range(1, 1024));
   weave_app->add_flag("--resume", weave_options.resume, "go on from the checkpoint in the results folder");
+  weave_app->add_option("--picks", weave_options.picks, "stop after so many picks, to look at the cloth; --resume goes on")
+      ->check(CLI::Range(1, 1000000));
   weave_app->add_flag("-q,--quiet", weave_options.quiet, "no progress");
 
   heddle::RelaxOptions relax;

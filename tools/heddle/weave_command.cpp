@@ -38,6 +38,7 @@ int weave_command(const WeaveOptions& options) {
   weave::RunOptions run;
   run.output = options.output.empty() ? std::filesystem::path("results") / c.name : options.output;
   run.resume = options.resume;
+  run.stop_after_pick = options.picks;
   run.stop = &stop_wanted;
   if (!options.quiet) run.on_progress = show;
   std::signal(SIGINT, on_signal);
@@ -45,6 +46,11 @@ int weave_command(const WeaveOptions& options) {
   const weave::WeaveResult result = weave::weave_cloth(c, run);
   if (!options.quiet) fmt::print(stderr, "\n");
   const weave::WeaveSummary& s = result.summary;
+  if (result.status == weave::RunStatus::interrupted && !stop_wanted) {
+    fmt::print("stopped after {} of {} picks; go on with --resume\n  results in {}\n", s.picks, c.cells * c.picks_per_cell(),
+               run.output.string());
+    return 0;
+  }
   if (result.status != weave::RunStatus::completed) {
     fmt::print(stderr, "{}: {}\n", result.status == weave::RunStatus::failed ? "stopped" : "interrupted", result.message);
     return result.status == weave::RunStatus::failed ? 1 : 130;

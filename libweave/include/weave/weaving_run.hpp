@@ -32,6 +32,7 @@ struct RunOptions {
   std::function<void(const RunProgress&)> on_progress;
   const std::atomic<bool>* stop = nullptr;  ///< set from outside: checkpoint and return
   std::int64_t stop_at_step = -1;           ///< same at this step
+  int stop_after_pick = -1;                 ///< same when so many picks are done
 };
 
 enum class RunStatus { completed, interrupted, failed };
