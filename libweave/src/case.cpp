@@ -66,6 +66,12 @@ int Case::warps() const {
   return static_cast<int>(count);
 }
 
+double Case::warp_tension() const {
+  double sum = 0;
+  for (const WarpSection& section : sections) sum += section.tension * static_cast<double>(section.matrix.cols());
+  return sum;
+}
+
 int Case::dents() const {
   int last = -1;
   for (const WarpSection& section : sections) last = std::max(last, section.dent);

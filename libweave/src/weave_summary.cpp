@@ -57,6 +57,7 @@ std::string summary_json(const Case& c, const WeaveResult& r) {
   j["peak_memory_bytes"] = peak_memory_bytes();
   j["reed_load_max_N"] = s.reed_load_max;
   j["reed_load_mean_N"] = s.reed_load_mean;
+  j["reed_load_over_warp_tension"] = s.reed_load_mean / c.warp_tension();
   j["reed_load_per_beat_N"] = r.history.reed_load_per_beat_N;
   j["warp_tension_mean_N"] = s.warp_tension_mean;
   j["cell_length_m"] = c.cell_length();

@@ -446,6 +446,7 @@ TEST(ShippedCases, ExampleTwo) {
   EXPECT_DOUBLE_EQ(c.cell_length(), 13.54e-3);
   EXPECT_DOUBLE_EQ(c.cell_width(), 2 * 0.0254 / 8.5);
   EXPECT_EQ(c.warps(), 12);
+  EXPECT_DOUBLE_EQ(c.warp_tension(), 2 * 2 + 10 * 10);  // two weavers, ten stuffers
   EXPECT_EQ(c.picks_per_cell(), 24);
 }
 

@@ -94,6 +94,7 @@ std::vector<std::string> keys_of(const std::string& stage) {
             "dt_s",
             "reed_load_max_N",
             "reed_load_mean_N",
+            "reed_load_over_warp_tension",
             "warp_tension_mean_N",
             "thickness_m",
             "thickness_mean_m",

@@ -126,6 +126,7 @@ struct Case {
   [[nodiscard]] int picks_per_cell() const { return layers * columns; }
   [[nodiscard]] int layer_of_pick(int pick) const;  ///< from the top, from 0; pick counted from 0 within the cell
   [[nodiscard]] int warps() const;                  ///< warp yarns in a unit cell
+  [[nodiscard]] double warp_tension() const;        ///< of all warps of a unit cell, at the heddles [N]
   [[nodiscard]] int dents() const;                  ///< reed dents in a unit cell
   [[nodiscard]] double cell_width() const;          ///< along y [m]
   [[nodiscard]] double cell_length() const;         ///< along x: columns * take_up.length [m]
