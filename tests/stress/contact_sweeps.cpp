@@ -136,7 +136,7 @@ void add_yarn(const FallingYarn& spec, std::uint16_t type, int yarn, double angl
 
 }  // namespace
 
-Outcome run(const FallingYarn& spec) {
+scenes::Scene falling_yarn(const FallingYarn& spec) {
   weave::FiberType lower = scenes::glass_fiber(spec.lower_radius);
   lower.youngs_modulus = spec.modulus_ratio * lower.transverse_modulus;
   weave::FiberType upper = lower;
@@ -159,8 +159,12 @@ Outcome run(const FallingYarn& spec) {
   add_yarn(spec, 0, 0, 0, 0, length, bars, Vec3::Zero(), scene);
   const double z = half_height(lower) + half_height(upper) + spec.gap * d;
   add_yarn(spec, 1, 1, spec.angle, z, length, bars, -spec.speed * Vec3::UnitZ(), scene);
-  const double duration = spec.fall * d / (spec.speed > 0 ? spec.speed : 5);
-  return run(scene, duration, spec.angle == 0 ? WrongOrder(wrong_side) : WrongOrder(wrong_crossings));
+  return scene;
+}
+
+Outcome run(const FallingYarn& spec) {
+  const double duration = spec.fall * 2 * spec.radius_ratio * spec.lower_radius / (spec.speed > 0 ? spec.speed : 5);
+  return run(falling_yarn(spec), duration, spec.angle == 0 ? WrongOrder(wrong_side) : WrongOrder(wrong_crossings));
 }
 
 Outcome run_narrow_cell(double width) {

@@ -24,6 +24,7 @@ struct FallingYarn {
   double fall = 3;             ///< the scene ends after so many upper diameters at `speed`, or at 5 m/s if that is 0
 };
 Outcome run(const FallingYarn& spec);
+scenes::Scene falling_yarn(const FallingYarn& spec);  ///< at its start
 
 /// A closed weft of a single fiber that falls on a warp in a cell of the given width [diameters], in which each touches its own images.
 Outcome run_narrow_cell(double width);
