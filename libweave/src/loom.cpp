@@ -592,43 +592,70 @@ double cell_end(const Case& c, const LoomLayout& layout, const Model& m, const S
   return x_last / count + 0.5 * c.take_up.length;
 }
 
-Snapshot snapshot_of_cell(const Case& c, const LoomLayout& layout, const Engine& engine, int first_pick) {
-  const Model& m = engine.model();
-  const State& s = engine.state();
-  const auto warps = static_cast<int>(layout.warps.size());
-  const int picks = c.picks_per_cell();
+namespace {
+
+/// Mean x of a weft column, the last one of the cell that begins with `first_pick` [m].
+double last_column_of_cell(const Case& c, const Snapshot& loom, int first_pick) {
+  const int end = c.warps() + first_pick + c.picks_per_cell(), begin = end - c.layers;
+  double sum = 0, count = 0;
+  for (std::size_t f = 0; f < loom.fibers(); ++f) {
+    if (!loom.weft[f] || loom.yarn[f] < begin || loom.yarn[f] >= end) continue;
+    for (auto p = loom.offset[f]; p + 1 < loom.offset[f + 1]; ++p) {
+      sum += loom.x[p].x();
+      ++count;
+    }
+  }
+  if (count == 0) throw std::runtime_error(fmt::format("the cell of picks {}... is no longer on the loom", first_pick + 1));
+  return sum / count;
+}
+
+void begin_fiber(const Snapshot& loom, std::size_t f, int yarn, Snapshot& snap) {
+  if (snap.offset.empty()) snap.offset.push_back(0);
+  snap.yarn.push_back(yarn);
+  snap.fiber.push_back(loom.fiber[f]);
+  snap.weft.push_back(loom.weft[f]);
+  snap.radius.push_back(loom.radius[f]);
+  snap.area.push_back(loom.area[f]);
+}
+
+/// The part of a warp from where it first comes to x_min to where it then first comes to x_max. A steep leg may lean back over either.
+void add_between_faces(const Snapshot& loom, std::size_t f, Snapshot& snap) {
+  const auto end = loom.offset[f + 1];
+  auto p = loom.offset[f];
+  const auto crosses = [&](std::int64_t q, double face) { return loom.x[q].x() <= face && loom.x[q + 1].x() > face; };
+  const auto add_within_bar = [&](std::int64_t q, double share, double arc_start) {
+    add_node(loom.x[q] + share * (loom.x[q + 1] - loom.x[q]), loom.tension[q] + share * (loom.tension[q + 1] - loom.tension[q]),
+             loom.arc[q] + share * (loom.arc[q + 1] - loom.arc[q]) - arc_start, snap);
+  };
+  const auto share_at = [&](std::int64_t q, double face) { return (face - loom.x[q].x()) / (loom.x[q + 1].x() - loom.x[q].x()); };
+  while (p + 1 < end && loom.x[p].x() <= snap.x_min && !crosses(p, snap.x_min)) ++p;
+  if (p + 1 >= end) return;
+  const double share = std::max(0.0, share_at(p, snap.x_min));  // 0: the warp's end is held within the cell
+  const double arc_start = loom.arc[p] + share * (loom.arc[p + 1] - loom.arc[p]);
+  add_within_bar(p, share, arc_start);
+  while (p + 2 < end && !crosses(p, snap.x_max)) add_within_bar(p++, 1, arc_start);
+  add_within_bar(p, std::min(1.0, share_at(p, snap.x_max)), arc_start);
+}
+
+}  // namespace
+
+Snapshot cut_cell(const Case& c, const Snapshot& loom, int first_pick) {
+  const int warps = c.warps(), picks = c.picks_per_cell();
   Snapshot snap;
-  snap.time = s.time;
+  snap.time = loom.time;
   snap.pick = first_pick + picks;
-  snap.cell_width = m.period_y;
+  snap.cell_width = loom.cell_width;
   snap.cell_length = c.cell_length();
-  snap.x_max = cell_end(c, layout, m, s, first_pick);
+  snap.x_max = last_column_of_cell(c, loom, first_pick);
   snap.x_min = snap.x_max - snap.cell_length;
-  for (std::uint32_t f = 0; f < m.fibers(); ++f) {
-    if (m.role[f] == Role::weft && m.yarn[f] >= warps + first_pick && m.yarn[f] < warps + first_pick + picks) {
-      add_whole_fiber(m, engine, f, snap);
-      snap.yarn.back() = warps + (m.yarn[f] - warps) % picks;
-    } else if (m.role[f] == Role::warp) {
-      begin_fiber(m, f, snap);
-      double arc = 0, rest = 0;
-      for (std::uint32_t p = m.first[f]; p < m.last(f); ++p) {
-        const Vec3 &a = s.x[p], &b = s.x[p + 1];
-        const double rest_here = m.rest_length[p];
-        const double from = std::clamp((snap.x_min - a.x()) / (b.x() - a.x()), 0.0, 1.0);
-        const double to = std::clamp((snap.x_max - a.x()) / (b.x() - a.x()), 0.0, 1.0);
-        const bool inside = b.x() > snap.x_min && a.x() < snap.x_max;
-        if (inside) {
-          if (snap.offset.back() == static_cast<std::int64_t>(snap.x.size())) {
-            add_node(a + from * (b - a), engine.tension()[p], 0, snap);
-            rest = (to - from) * rest_here;
-          } else {
-            rest = to * rest_here;
-          }
-          arc += rest;
-          add_node(a + to * (b - a), engine.tension()[p], arc, snap);
-        }
-        if (a.x() >= snap.x_max) break;
-      }
+  for (std::size_t f = 0; f < loom.fibers(); ++f) {
+    if (!loom.weft[f]) {
+      begin_fiber(loom, f, loom.yarn[f], snap);
+      add_between_faces(loom, f, snap);
+      end_fiber(snap);
+    } else if (loom.yarn[f] >= warps + first_pick && loom.yarn[f] < warps + first_pick + picks) {
+      begin_fiber(loom, f, warps + (loom.yarn[f] - warps) % picks, snap);
+      for (auto p = loom.offset[f]; p < loom.offset[f + 1]; ++p) add_node(loom.x[p], loom.tension[p], loom.arc[p], snap);
       end_fiber(snap);
     }
   }

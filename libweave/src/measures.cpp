@@ -317,20 +317,77 @@ std::vector<double> warp_stress_behind_fell(const Snapshot& s, double length, in
   return sum;
 }
 
+namespace {
+
+constexpr int steadiness_samples = 64;  ///< of a fiber
+
+/// The k-th of steadiness_samples points of a fiber, at even shares of its length from the cell's face, of a warp that has slid along
+/// itself by a share `slide`; behind the cell's end a warp goes on as its own image.
+Vec3 point_from_face(const Snapshot& s, std::size_t f, int k, double slide) {
+  const double share = (k + 0.5) / steadiness_samples + slide, cells = s.weft[f] ? 0 : std::floor(share);
+  return point_at_share(s, f, share - cells) + Vec3(cells * s.cell_length - s.x_min, 0, 0);
+}
+
+std::vector<Vec3> paths_from_face(const Snapshot& s, const std::vector<double>& slide) {
+  std::vector<Vec3> path;
+  path.reserve(s.fibers() * steadiness_samples);
+  for (std::size_t f = 0; f < s.fibers(); ++f) {
+    for (int k = 0; k < steadiness_samples; ++k) path.push_back(point_from_face(s, f, k, slide[f]));
+  }
+  return path;
+}
+
+/// First fiber after those of the yarn that begins with fiber `first`.
+std::size_t end_of_yarn(const Snapshot& s, std::size_t first) {
+  std::size_t end = first + 1;
+  while (end < s.fibers() && s.yarn[end] == s.yarn[first]) ++end;
+  return end;
+}
+
+/// How far the axis of each warp of b has to slide along itself to lie on that of path_a best, in shares of its length, by fiber: where a
+/// steep leg lies near the face, a little of x moves the place where it crosses the face by much of its length.
+std::vector<double> slides_of_warps(const std::vector<Vec3>& path_a, const Snapshot& b, const Vec3& shift) {
+  constexpr int candidates = 256;  // to either side
+  constexpr double farthest = 0.5;
+  std::vector<double> best(b.fibers(), 0);
+  for (std::size_t first = 0; first < b.fibers(); first = end_of_yarn(b, first)) {
+    if (b.weft[first]) continue;
+    const std::size_t end = end_of_yarn(b, first);
+    double least = std::numeric_limits<double>::infinity();
+    for (int i = 0; i <= 2 * candidates; ++i) {
+      const double slide = farthest * ((i + 1) / 2) * (i % 2 == 0 ? 1 : -1) / candidates;  // none first
+      double distance = 0;
+      for (int k = 0; k < steadiness_samples; ++k) {
+        Vec3 apart = Vec3::Zero();
+        for (std::size_t f = first; f < end; ++f)
+          apart += point_from_face(b, f, k, slide) - path_a[f * steadiness_samples + static_cast<std::size_t>(k)] - shift;
+        distance += apart.norm();
+      }
+      if (distance < least) {
+        least = distance;
+        std::fill(best.begin() + static_cast<std::ptrdiff_t>(first), best.begin() + static_cast<std::ptrdiff_t>(end), slide);
+      }
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
 Steadiness steadiness(const Snapshot& a, const Snapshot& b) {
   if (a.yarn != b.yarn || a.fiber != b.fiber) throw std::invalid_argument("steadiness: the two cells do not hold the same fibers");
   Steadiness result;
-  constexpr int samples = 64;
+  constexpr int samples = steadiness_samples;
   const std::size_t fibers = a.fibers();
   const double total = static_cast<double>(fibers);
-  std::vector<Vec3> path_a(fibers * samples), path_b(path_a.size());
-  for (std::size_t f = 0; f < fibers; ++f) {
-    for (int k = 0; k < samples; ++k) {
-      const std::size_t i = f * samples + static_cast<std::size_t>(k);
-      path_a[i] = point_at_share(a, f, (k + 0.5) / samples) - Vec3(a.x_min, 0, 0);
-      path_b[i] = point_at_share(b, f, (k + 0.5) / samples) - Vec3(b.x_min, 0, 0);
-      result.shift += (path_b[i] - path_a[i]) / (total * samples);
-    }
+  const std::vector<Vec3> path_a = paths_from_face(a, std::vector<double>(fibers, 0));
+  std::vector<double> slide(fibers, 0);
+  std::vector<Vec3> path_b;
+  for (int pass = 0; pass < 3; ++pass) {  // the shift of the cells and the slides of their warps tell on one another
+    path_b = paths_from_face(b, slide);
+    result.shift.setZero();
+    for (std::size_t i = 0; i < path_a.size(); ++i) result.shift += (path_b[i] - path_a[i]) / (total * samples);
+    if (pass < 2) slide = slides_of_warps(path_a, b, result.shift);
   }
   const auto distance = [&](std::size_t of_a, std::size_t of_b, double* largest) {
     double sum = 0;
@@ -342,8 +399,7 @@ Steadiness steadiness(const Snapshot& a, const Snapshot& b) {
     return sum / samples;
   };
   for (std::size_t first = 0; first < fibers;) {
-    std::size_t end = first + 1;
-    while (end < fibers && a.yarn[end] == a.yarn[first]) ++end;
+    const std::size_t end = end_of_yarn(a, first);
     const auto n = static_cast<Eigen::Index>(end - first);
     Eigen::MatrixXd cost(n, n);
     for (Eigen::Index i = 0; i < n; ++i) {

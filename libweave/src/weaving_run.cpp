@@ -422,15 +422,15 @@ class WeavingRun {
     loom_.history_rows = 0;
     loom_.stage_start = engine_->state().time;
     loom_.contacts_max = std::max<std::int64_t>(loom_.contacts_max, static_cast<std::int64_t>(active_contacts()));
+    const Snapshot loom = snapshot_of_loom(case_, *engine_, static_cast<int>(loom_.pick));
     if (!options_.output.empty()) {
-      const Snapshot loom = snapshot_of_loom(case_, *engine_, static_cast<int>(loom_.pick));
       write_results(options_.output / "picks" / fmt::format("pick_{:04}.vtkhdf", loom_.pick), {loom, {}, to_toml(case_), version()});
     }
     if (loom_.pick % case_.picks_per_cell() == 0) {
       const std::int64_t cell = loom_.pick / case_.picks_per_cell() - 1;
       // One weft column behind the fell, where the warps are no longer spread by the shed; the first cell has nothing behind it.
       const int first_pick = std::max(0, static_cast<int>(cell) * case_.picks_per_cell() - case_.layers);
-      Snapshot snap = snapshot_of_cell(case_, layout_, *engine_, first_pick);
+      Snapshot snap = cut_cell(case_, loom, first_pick);
       if (!options_.output.empty()) write_results(cell_file(options_.output, cell), {snap, {}, to_toml(case_), version()});
       cells_.push_back(std::move(snap));
     }

@@ -3,6 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
+
+#include "scenes/small_case.hpp"
+#include "weave/measures.hpp"
 
 namespace weave {
 namespace {
@@ -34,6 +38,80 @@ TEST(BundleSection, RowsLieInTheValleysOfOthers) {
   EXPECT_NEAR(bundle_height(5, radius, width), 1 + std::sqrt(0.75) * apart, 1e-12);  // three below two: no higher than seven
   EXPECT_NEAR(bundle_height(19, radius, width), 1 + 2 * std::sqrt(3.0) * apart, 1e-12);
   EXPECT_NEAR(bundle_height(7, radius, apart), 1 + 6 * apart, 1e-12);  // one over the other where there is no room
+}
+
+constexpr double mm = 1e-3;
+
+void add_fiber(bool weft, int yarn, const std::vector<Vec3>& x, Snapshot& snap) {
+  if (snap.offset.empty()) snap.offset.push_back(0);
+  snap.yarn.push_back(yarn);
+  snap.fiber.push_back(0);
+  snap.weft.push_back(weft);
+  snap.radius.push_back(0.1 * mm);
+  snap.area.push_back(0.01 * mm * mm);
+  double arc = 0;
+  for (std::size_t p = 0; p < x.size(); ++p) {
+    if (p > 0) arc += (x[p] - x[p - 1]).norm();
+    snap.x.push_back(mm * x[p]);
+    snap.arc.push_back(mm * arc);
+    snap.tension.push_back(1);
+  }
+  snap.offset.push_back(static_cast<std::int64_t>(snap.x.size()));
+}
+
+/// The small case's loom, columns 0.8 mm apart, the last one at `last` [mm]; a warp that climbs and falls between columns in legs that lean
+/// back, as those of a binder do, and a straight one.
+Snapshot loom_with_steep_legs(double last) {
+  Snapshot loom;
+  loom.cell_width = 1.6 * mm;
+  std::vector<Vec3> binder;
+  for (double x = -4.4; x < 1; x += 1.6) {  // over the column at x, under the one at x + 0.8; its legs lie at x + 0.4 and x + 1.2
+    for (const double z : {1.0, 0.0, -1.0}) binder.emplace_back(x + 0.4 - 0.02 * z * (z - 1), 0.4, z);
+    for (const double z : {-1.0, 0.0, 1.0}) binder.emplace_back(x + 1.2 + 0.02 * z * (z + 1), 0.4, z);
+  }
+  add_fiber(false, 0, binder, loom);
+  add_fiber(false, 1, {{-5, 1.2, 0}, {-3, 1.2, 0}, {2, 1.2, 0}}, loom);
+  for (int pick = 0; pick < 4; ++pick) {
+    const double x = last - 0.8 * (3 - pick);
+    add_fiber(true, 2 + pick, {{x, 0, 0.5}, {x, 0.8, 0.5}, {x, 1.6, 0.5}}, loom);
+  }
+  return loom;
+}
+
+TEST(CutCell, WarpIsCutWhereItFirstCrossesTheFaces) {
+  const Case c = parse_case(scenes::small_case_text(), "small.toml");
+  const Snapshot cell = cut_cell(c, loom_with_steep_legs(-0.42), 2);
+  EXPECT_NEAR(cell.x_max, -0.42 * mm, 1e-12);
+  EXPECT_NEAR(cell.cell_length, 1.6 * mm, 1e-12);
+  ASSERT_EQ(cell.yarn, (std::vector<int>{0, 1, 2, 3}));
+  for (std::size_t f = 0; f < 2; ++f) {
+    const auto begin = cell.offset[f], last = cell.offset[f + 1] - 1;
+    EXPECT_NEAR(cell.x[begin].x(), cell.x_min, 1e-12);
+    EXPECT_NEAR(cell.x[last].x(), cell.x_max, 1e-12);
+    EXPECT_EQ(cell.arc[begin], 0);
+    for (auto p = begin; p < last; ++p) {
+      EXPECT_NEAR(cell.arc[p + 1] - cell.arc[p], (cell.x[p + 1] - cell.x[p]).norm(), 1e-12) << "node " << p;
+      EXPECT_GT(cell.arc[p + 1], cell.arc[p]);
+    }
+  }
+  // A period of the binder, from one place to its image.
+  const auto last = cell.offset[1] - 1;
+  EXPECT_NEAR((cell.x[last] - cell.x[0] - Vec3(cell.cell_length, 0, 0)).norm(), 0, 1e-12);
+  EXPECT_NEAR(cell.arc[last], (2 * 2.0 + 2 * 0.8) * mm, 0.02 * mm);
+  EXPECT_NEAR(cell.arc[cell.offset[2] - 1], 1.6 * mm, 1e-12);
+}
+
+TEST(CutCell, OfPicksNoLongerOnTheLoomIsRefused) {
+  const Case c = parse_case(scenes::small_case_text(), "small.toml");
+  EXPECT_THROW(cut_cell(c, loom_with_steep_legs(-0.42), 4), std::runtime_error);
+}
+
+TEST(CutCell, SteepLegsNearAFaceMakeNoDifference) {
+  const Case c = parse_case(scenes::small_case_text(), "small.toml");
+  // The faces move over the legs, by a twentieth of a diameter; the cells are the same cloth.
+  const Snapshot before = cut_cell(c, loom_with_steep_legs(-0.805), 2), after = cut_cell(c, loom_with_steep_legs(-0.795), 2);
+  EXPECT_GT((after.x[0] - before.x[0]).norm(), 5 * 0.2 * mm);
+  EXPECT_LT(steadiness(before, after).mean, 0.2);
 }
 
 }  // namespace

@@ -48,8 +48,9 @@ std::vector<double> warp_stress_behind_fell(const Snapshot& loom, double length,
 
 /// Difference of two successive unit cells in fiber diameters: distance between their fibers at the same share of the length from the
 /// cell's face, mean and largest, after the translation that carries one cell to the other: from face to face along x, and `shift` beside
-/// it. The fibers of a yarn are alike, so within each yarn they are paired such that the mean is least: a weft's fibers come to lie in
-/// another order at every pick. Both cells must have the same fibers in the same order (std::invalid_argument).
+/// it, each warp slid along itself to where it fits best. The fibers of a yarn are alike, so within each yarn they are paired such that the
+/// mean is least: a weft's fibers come to lie in another order at every pick. Both cells must have the same fibers in the same order
+/// (std::invalid_argument).
 struct Steadiness {
   double mean = 0, largest = 0;
   double mean_by_label = 0;   ///< with each fiber paired with the one of its own number
