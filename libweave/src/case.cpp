@@ -125,6 +125,7 @@ std::string to_toml(const Case& c) {
   t.write("insertion_order", c.insertion_order == InsertionOrder::alternating ? "alternating" : "top_first");
   t.write("cells", c.cells);
   t.write("kept_cells", c.kept_cells);
+  t.write("columns_behind_fell", c.columns_behind_fell);
   t.write("friction", c.friction);
 
   for (const auto& [name, yarn] : c.yarns) {

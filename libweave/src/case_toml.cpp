@@ -333,6 +333,12 @@ void check_picks(TableReader& fabric, std::vector<TableReader>& sections, Case& 
   if (c.insertion_order == InsertionOrder::alternating && c.columns % 2 != 0) {
     fabric.mistake("insertion_order", fmt::format("needs an even number of weft columns in the cell, which has {}", c.columns));
   }
+  if (c.columns_behind_fell > c.kept_cells * c.columns) {
+    fabric.mistake("columns_behind_fell",
+                   fmt::format("must be <= {} (fabric.kept_cells times the weft columns of a cell): farther behind no "
+                               "whole cell stays on the loom",
+                               c.kept_cells * c.columns));
+  }
 }
 
 /// Every pick needs an open shed: warps of the fabric both up and down.
@@ -452,6 +458,7 @@ Case parse_case(const std::string& text, const std::string& file, const std::vec
   }
   c.cells = fabric.integer("cells", 1, 1000000, c.cells);
   c.kept_cells = fabric.integer("kept_cells", 1, 1000000, c.kept_cells);
+  c.columns_behind_fell = fabric.integer("columns_behind_fell", 0, 1000000, c.columns_behind_fell);
   c.friction = fabric.quantity("friction", Dimension::number, {0, 10}, c.friction);
 
   read_materials(top.table("material"), c);

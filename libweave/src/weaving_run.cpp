@@ -428,8 +428,8 @@ class WeavingRun {
     }
     if (loom_.pick % case_.picks_per_cell() == 0) {
       const std::int64_t cell = loom_.pick / case_.picks_per_cell() - 1;
-      // One weft column behind the fell, where the warps are no longer spread by the shed; the first cell has nothing behind it.
-      const int first_pick = std::max(0, static_cast<int>(cell) * case_.picks_per_cell() - case_.layers);
+      // Behind the fell the warps are no longer spread by the shed; the first cell has nothing behind it.
+      const int first_pick = std::max(0, static_cast<int>(cell) * case_.picks_per_cell() - case_.columns_behind_fell * case_.layers);
       Snapshot snap = cut_cell(case_, loom, first_pick);
       if (!options_.output.empty()) write_results(cell_file(options_.output, cell), {snap, {}, to_toml(case_), version()});
       cells_.push_back(std::move(snap));

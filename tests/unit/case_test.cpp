@@ -183,6 +183,7 @@ const Mistake mistakes[] = {
     {"NegativeDent", "dent = 1", "dent = -1", "14: section.1.dent = -1: must be >= 0 and <= 9999"},
     {"NoShed", "matrix = [\"-\", \"+\"]", "matrix = [\"+\", \"+\"]",
      "11: section.0.matrix = [ '+', '-' ]: at pick 0 (0-based) all 2 warps of the fabric are up: no shed opens"},
+    {"CellBehindTheCloth", "layers = 1", "layers = 1\ncolumns_behind_fell = 3", "4: fabric.columns_behind_fell = 3: must be <= 2"},
     {"FlagsDoNotDivide", "rate = \"34 1/in\"", "rate = \"34 1/in\"\nflags = 2", "24: take_up.flags = 2: must divide fabric.layers = 1"},
     {"InsertionBehindReed", "[take_up]", "[insertion]\ndistance = \"3.6 mm\"\n[take_up]",
      "23: insertion.distance = \"3.6 mm\": must be < 0.003556 m (beat_up.travel)"},
@@ -321,6 +322,7 @@ void expect_same(const Case& a, const Case& b) {
   EXPECT_EQ(a.insertion_order, b.insertion_order);
   EXPECT_EQ(a.cells, b.cells);
   EXPECT_EQ(a.kept_cells, b.kept_cells);
+  EXPECT_EQ(a.columns_behind_fell, b.columns_behind_fell);
   EXPECT_EQ(a.friction, b.friction);
   EXPECT_EQ(a.settle_time, b.settle_time);
   EXPECT_EQ(a.loom.length, b.loom.length);
@@ -395,6 +397,7 @@ TEST(Case, EveryKeyRoundTripsToTheBit) {
   c.weft = {{"glass", odd.name}, 1.0 + 1e-15};
   c.cells = 5;
   c.kept_cells = 2;
+  c.columns_behind_fell = 3;
   c.friction = 1 / 3.0;
   c.settle_time = 1e-3 / 3;
   c.loom = {0.1 / 3, 0.1 / 7, 0.1 / 13, 10 / 3.0, 0.001 / 3};

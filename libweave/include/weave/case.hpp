@@ -109,10 +109,11 @@ struct Case {
   int layers = 1;   ///< weft layers in a column
   int columns = 1;  ///< weft columns in a unit cell; picks a cell = layers * columns
   InsertionOrder insertion_order = InsertionOrder::top_first;
-  int cells = 3;              ///< unit cells to weave
-  int kept_cells = 1;         ///< woven cells that stay on the loom before the oldest is cut off and stored
-  double friction = 0.2;      ///< Coulomb coefficient between all fibers and with the reed
-  double settle_time = 1e-3;  ///< rest after each action [s]
+  int cells = 3;                ///< unit cells to weave
+  int kept_cells = 1;           ///< woven cells that stay on the loom before the oldest is cut off and stored
+  int columns_behind_fell = 1;  ///< between the fell and the unit cell that is taken, in which the cloth still settles
+  double friction = 0.2;        ///< Coulomb coefficient between all fibers and with the reed
+  double settle_time = 1e-3;    ///< rest after each action [s]
   LoomSpec loom;
   InsertionSpec insertion;
   BeatUpSpec beat_up;
