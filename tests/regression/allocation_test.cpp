@@ -60,7 +60,7 @@ TEST(allocation, none_in_a_step) {
     weave::Ledger ledger;
     int steps_without_pick = 0;
     std::size_t touching_most = 0;
-    for (int i = 0; i < 500; ++i) {
+    for (int i = 0; i < 600; ++i) {
       const auto picks = engine.state().picks_of_active;
       const std::size_t before = allocations;
       const weave::StepReport report = engine.step(drive, i % 2 == 0 ? &ledger : nullptr);
