@@ -491,7 +491,7 @@ class WeavingRun {
     const std::vector<double>& loads = result_.history.reed_load_per_beat_N;
     if (!loads.empty()) {
       const auto last = static_cast<std::ptrdiff_t>(std::min(loads.size(), static_cast<std::size_t>(case_.picks_per_cell())));
-      s.reed_load_max = *std::max_element(loads.begin(), loads.end());
+      s.reed_load_max = *std::max_element(loads.end() - last, loads.end());
       s.reed_load_mean = std::accumulate(loads.end() - last, loads.end(), 0.0) / static_cast<double>(last);
     }
     s.warp_tension_mean = loom_.tension_count > 0 ? loom_.tension_sum / loom_.tension_count : 0;

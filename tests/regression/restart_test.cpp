@@ -1,10 +1,12 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 
+#include "scenes/small_case.hpp"
 #include "scenes/temporary.hpp"
 #include "weave/case.hpp"
 #include "weave/weaving_run.hpp"
@@ -78,6 +80,15 @@ TEST(weaving_restart, small_case_is_woven) {
   const std::vector<double>& loads = straight().history.reed_load_per_beat_N;  // one cell: all of them
   ASSERT_EQ(loads.size(), 4U);
   EXPECT_DOUBLE_EQ(straight().summary.reed_load_mean, (loads[0] + loads[1] + loads[2] + loads[3]) / 4);
+  EXPECT_EQ(straight().summary.reed_load_max, *std::ranges::max_element(loads));
+}
+
+TEST(weaving_restart, reed_loads_are_those_of_the_last_cell) {
+  const WeaveResult two = weave_cloth(weave::parse_case(scenes::small_case_text(), "small.toml", {"fabric.cells=2"}), {});
+  const std::vector<double>& loads = two.history.reed_load_per_beat_N;
+  ASSERT_EQ(loads.size(), 4U);
+  EXPECT_EQ(two.summary.reed_load_max, std::max(loads[2], loads[3]));
+  EXPECT_DOUBLE_EQ(two.summary.reed_load_mean, 0.5 * (loads[2] + loads[3]));
 }
 
 TEST(weaving_restart, stopped_and_resumed_gives_the_same_bits) {

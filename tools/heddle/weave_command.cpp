@@ -60,8 +60,8 @@ int weave_command(const WeaveOptions& options) {
   fmt::print("  thickness {:.4g} mm (mean envelopes {:.4g} mm), fiber volume fraction {:.3f}, crimp warp {:.2f} % weft {:.2f} %\n",
              1e3 * s.cell.thickness, 1e3 * s.cell.thickness_mean, s.cell.fiber_volume_fraction, 1e2 * s.cell.crimp_warp,
              1e2 * s.cell.crimp_weft);
-  fmt::print("  reed load up to {:.4g} N per cell, in the mean of the last cell's blows {:.2f} of what its warps pull\n", s.reed_load_max,
-             s.reed_load_mean / c.warp_tension());
+  fmt::print("  reed load in the last cell's blows up to {:.4g} N, in the mean {:.4g} N, {:.2f} of what its warps pull\n", s.reed_load_max,
+             s.reed_load_mean, s.reed_load_mean / c.warp_tension());
   fmt::print("  mean warp tension {:.4g} N, deepest overlap {:.3f} d\n", s.warp_tension_mean, s.overlap_max);
   if (!s.steadiness.empty()) {
     fmt::print("  last two cells differ by {:.3f} d (mean), {:.3f} d (largest)\n", s.steadiness.back().mean, s.steadiness.back().largest);
