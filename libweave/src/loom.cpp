@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <set>
 #include <stdexcept>
@@ -609,6 +610,15 @@ double last_column_of_cell(const Case& c, const Snapshot& loom, int first_pick) 
   return sum / count;
 }
 
+/// Farthest x at which a warp's held end lies [m].
+double held_end(const Snapshot& loom) {
+  double x = -std::numeric_limits<double>::infinity();
+  for (std::size_t f = 0; f < loom.fibers(); ++f) {
+    if (!loom.weft[f]) x = std::max(x, loom.x[loom.offset[f]].x());
+  }
+  return x;
+}
+
 void begin_fiber(const Snapshot& loom, std::size_t f, int yarn, Snapshot& snap) {
   if (snap.offset.empty()) snap.offset.push_back(0);
   snap.yarn.push_back(yarn);
@@ -646,8 +656,8 @@ Snapshot cut_cell(const Case& c, const Snapshot& loom, int first_pick) {
   snap.pick = first_pick + picks;
   snap.cell_width = loom.cell_width;
   snap.cell_length = c.cell_length();
-  snap.x_max = last_column_of_cell(c, loom, first_pick);
-  snap.x_min = snap.x_max - snap.cell_length;
+  snap.x_min = std::max(last_column_of_cell(c, loom, first_pick) - snap.cell_length, held_end(loom));
+  snap.x_max = snap.x_min + snap.cell_length;
   for (std::size_t f = 0; f < loom.fibers(); ++f) {
     if (!loom.weft[f]) {
       begin_fiber(loom, f, loom.yarn[f], snap);

@@ -101,6 +101,18 @@ TEST(CutCell, WarpIsCutWhereItFirstCrossesTheFaces) {
   EXPECT_NEAR(cell.arc[cell.offset[2] - 1], 1.6 * mm, 1e-12);
 }
 
+TEST(CutCell, BeginsAtTheHeldEndsAtTheEarliest) {
+  const Case c = parse_case(scenes::small_case_text(), "small.toml");
+  Snapshot loom = loom_with_steep_legs(-0.42);
+  for (const std::size_t f : {0, 1}) {  // both warps held half a pitch behind the third weft column from the fell
+    for (auto p = loom.offset[f]; loom.x[p].x() < -1.62 * mm; ++p) loom.x[p].x() = -1.62 * mm + 1e-12 * mm * static_cast<double>(p);
+  }
+  const Snapshot cell = cut_cell(c, loom, 2);
+  EXPECT_NEAR(cell.x_min, -1.62 * mm, 1e-12);
+  EXPECT_NEAR(cell.x_max, -0.02 * mm, 1e-12);
+  for (const std::size_t f : {0, 1}) EXPECT_NEAR((cell.x[cell.offset[f + 1] - 1] - cell.x[cell.offset[f]]).x(), cell.cell_length, 1e-12);
+}
+
 TEST(CutCell, OfPicksNoLongerOnTheLoomIsRefused) {
   const Case c = parse_case(scenes::small_case_text(), "small.toml");
   EXPECT_THROW(cut_cell(c, loom_with_steep_legs(-0.42), 4), std::runtime_error);
