@@ -30,6 +30,15 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
+/// What an explicit bar of stiffness k [N/m] and dashpot c [N s/m] counts for in the bound of the step [N/m]. A leapfrog with a dashpot at
+/// the speeds of half a step before is stable up to K dt^2 + 2 C dt = 4, for the fastest swing of a chain of such bars between such masses
+/// [kg] with K = 4 k / mass and C = 4 c / mass.
+double stiffness_with_dashpot(double k, double c, double mass) {
+  const double stiff = 4 * k / mass, damped = 4 * c / mass;
+  const double frequency = 0.5 * (damped + std::sqrt(damped * damped + 4 * stiff));
+  return 0.5 * mass * frequency * frequency;
+}
+
 }  // namespace
 
 Flows& Flows::operator+=(const Flows& o) {
@@ -236,19 +245,6 @@ void Engine::each_fiber(std::atomic<std::uint32_t> Share::*next, Work&& work) {
 double Engine::axial_damping(const FiberType& type) const {
   return model_.axial_damping * type.area * std::sqrt(2 * type.youngs_modulus * type.density);
 }
-
-namespace {
-
-/// What an explicit bar of stiffness k [N/m] and dashpot c [N s/m] counts for in the bound of the step [N/m]. A leapfrog with a dashpot at
-/// the speeds of half a step before is stable up to K dt^2 + 2 C dt = 4, for the fastest swing of a chain of such bars between such masses
-/// [kg] with K = 4 k / mass and C = 4 c / mass.
-double stiffness_with_dashpot(double k, double c, double mass) {
-  const double stiff = 4 * k / mass, damped = 4 * c / mass;
-  const double frequency = 0.5 * (damped + std::sqrt(damped * damped + 4 * stiff));
-  return 0.5 * mass * frequency * frequency;
-}
-
-}  // namespace
 
 void Engine::add_bar_forces(std::uint32_t f, bool with_energy, Workspace& work) {
   const FiberType& type = model_.type_of(f);

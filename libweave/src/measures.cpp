@@ -350,9 +350,9 @@ std::vector<double> slides_of_warps(const std::vector<Vec3>& path_a, const Snaps
   constexpr int candidates = 256;  // to either side
   constexpr double farthest = 0.5;
   std::vector<double> best(b.fibers(), 0);
-  for (std::size_t first = 0; first < b.fibers(); first = end_of_yarn(b, first)) {
+  for (std::size_t first = 0, end = 0; first < b.fibers(); first = end) {
+    end = end_of_yarn(b, first);
     if (b.weft[first]) continue;
-    const std::size_t end = end_of_yarn(b, first);
     double least = std::numeric_limits<double>::infinity();
     for (int i = 0; i <= 2 * candidates; ++i) {
       const double slide = farthest * ((i + 1) / 2) * (i % 2 == 0 ? 1 : -1) / candidates;  // none first
