@@ -116,18 +116,27 @@ struct PartOfContacts {
   ContactState state;
 };
 
-/// Evaluates one contact at its points.
-void evaluate(const Cell& cell, const Unknowns& unknowns, const ContactList& list, const SpanContact& contact, const Eigen::VectorXd& q,
+/// Evaluates contact number i of the list at those of its points that can have come to a touch while nodes went `way` [m].
+void evaluate(const Cell& cell, const Unknowns& unknowns, const ContactList& list, std::size_t i, double way, const Eigen::VectorXd& q,
               const Derivatives& want, PartOfContacts& part) {
-  const std::uint32_t f = cell.fiber_of[contact.span], g = cell.fiber_of[contact.other];
-  const PairLaw& law = cell.pair_law(f, g);
-  const int samples = samples_on(cell, contact.span, contact.other, list.sampling);
+  const SpanContact& contact = list.contacts[i];
+  ContactState& state = part.state;
+  const std::size_t first = list.first_sample[i], end = list.first_sample[i + 1];
+  const auto apart = [&](std::size_t s) { return list.gap[s] > way; };
+  std::size_t s = first;
+  while (!state.want_overlaps && s < end && apart(s)) ++s;
+  if (s == end) return;
+  const PairLaw& law = cell.pair_law(cell.fiber_of[contact.span], cell.fiber_of[contact.other]);
+  const auto samples = static_cast<double>(end - first);
   const double weight = contact.share * cell.span_length(contact.span) / samples;
   const Span own(cell, q, contact.span);
   const Vec3 shift = image_shift(cell, q, contact.image_x, contact.image_y);
-  ContactState& state = part.state;
-  for (int s = 0; s < samples; ++s) {
-    const double u = (s + 0.5) / samples;
+  for (; s < end; ++s) {
+    if (apart(s)) {
+      if (state.want_overlaps) state.overlaps.push_back(0);
+      continue;
+    }
+    const double u = (static_cast<double>(s - first) + 0.5) / samples;
     const ChainPoint at = closest_on_chain(cell, q, own.point(u), contact.other, shift);
     const double distance2 = at.separation.squaredNorm();
     const bool touches = at.found && distance2 < law.reach * law.reach;
@@ -205,22 +214,23 @@ void share_contacts(const Cell& cell, const Eigen::VectorXd& q, ContactList& lis
   }
 }
 
-std::vector<double> contact_gaps(const Cell& cell, const ContactList& list, const Eigen::VectorXd& q) {
-  constexpr double always = -std::numeric_limits<double>::infinity();
-  std::vector<double> gap(list.contacts.size(), std::numeric_limits<double>::infinity());
-#pragma omp parallel for schedule(static)
-  for (std::size_t i = 0; i < gap.size(); ++i) {
-    const SpanContact& contact = list.contacts[i];
-    const Span own(cell, q, contact.span);
-    const Vec3 shift = image_shift(cell, q, contact.image_x, contact.image_y);
-    const int samples = samples_on(cell, contact.span, contact.other, list.sampling);
-    const double reach = cell.pair_law(cell.fiber_of[contact.span], cell.fiber_of[contact.other]).reach;
-    for (int s = 0; s < samples; ++s) {
-      const ChainPoint at = closest_on_chain(cell, q, own.point((s + 0.5) / samples), contact.other, shift);
-      gap[i] = std::min(gap[i], at.found ? at.separation.norm() - reach : always);
-    }
+void measure_gaps(const Cell& cell, const Eigen::VectorXd& q, const SpanContact& contact, const ContactSampling& sampling,
+                  std::vector<double>& gap) {
+  const Span own(cell, q, contact.span);
+  const Vec3 shift = image_shift(cell, q, contact.image_x, contact.image_y);
+  const double reach = cell.pair_law(cell.fiber_of[contact.span], cell.fiber_of[contact.other]).reach;
+  const int samples = samples_on(cell, contact.span, contact.other, sampling);
+  gap.clear();
+  for (int s = 0; s < samples; ++s) {
+    const ChainPoint at = closest_on_chain(cell, q, own.point((s + 0.5) / samples), contact.other, shift);
+    gap.push_back(at.found ? at.separation.norm() - reach : -std::numeric_limits<double>::infinity());
   }
-  return gap;
+}
+
+void number_samples(const Cell& cell, ContactList& list) {
+  list.first_sample.assign(1, 0);
+  for (const SpanContact& c : list.contacts)
+    list.first_sample.push_back(list.first_sample.back() + static_cast<std::size_t>(samples_on(cell, c.span, c.other, list.sampling)));
 }
 
 double contact_energy(const Cell& cell, const ContactList& list, const Eigen::VectorXd& q, Derivatives want, ContactState* state) {
@@ -235,13 +245,7 @@ double contact_energy(const Cell& cell, const ContactList& list, const Eigen::Ve
     for (std::size_t i = p * list.contacts.size() / work_parts; i < (p + 1) * list.contacts.size() / work_parts; ++i) {
       const SpanContact& contact = list.contacts[i];
       const double other = std::max({way[cell.before(contact.other).node], way[contact.other], way[cell.after(contact.other).node]});
-      if (list.gap[i] > way[contact.span] + other) {  // the points can not have come to a touch
-        if (part[p].state.want_overlaps)
-          part[p].state.overlaps.insert(part[p].state.overlaps.end(),
-                                        static_cast<std::size_t>(samples_on(cell, contact.span, contact.other, list.sampling)), 0);
-        continue;
-      }
-      evaluate(cell, unknowns, list, contact, q, want, part[p]);
+      evaluate(cell, unknowns, list, i, way[contact.span] + other, q, want, part[p]);
     }
   }
   double energy = 0;

@@ -89,30 +89,25 @@ struct Candidate {
   SpanContact contact;
 };
 
-/// Removes what another candidate has too, where one chain goes on in another fiber; and the span's own endless chain: to touch that, a
-/// fiber would have to turn back, which no fiber of a cloth does.
-void remove_repeats(const Cell& cell, const Eigen::VectorXd& q, std::uint32_t span, double radius, std::vector<Candidate>& candidates) {
+/// Removes what stays farther away than a touch and the skin; what another candidate has too, where one chain goes on in another fiber; and
+/// the span's own endless chain: to touch that, a fiber would have to turn back, which no fiber of a cloth does.
+void remove_far_and_repeated(const Cell& cell, const Eigen::VectorXd& q, std::uint32_t span, double radius_of_span, double skin,
+                             std::vector<Candidate>& candidates) {
   constexpr double same = 1e-6;  // [radii]
+  const std::uint32_t f = cell.fiber_of[span];
+  const double radius = cell.type_of(f).radius;
   const Vec3 middle = axis_point(cell, q, span, 0.5);
   std::vector<Vec3> met;
   std::erase_if(candidates, [&](const Candidate& c) {
     const ChainPoint at = closest_on_chain(cell, q, middle, c.contact.other, image_shift(cell, q, c.contact.image_x, c.contact.image_y));
     if (!at.found) return false;
-    const bool known = at.separation.norm() < same * radius ||
+    const double distance = at.separation.norm();
+    if (distance > radius_of_span + cell.pair_law(f, c.fiber).reach + skin) return true;
+    const bool known = distance < same * radius ||
                        std::any_of(met.begin(), met.end(), [&](const Vec3& o) { return (o - at.separation).norm() < same * radius; });
     met.push_back(at.separation);
     return known;
   });
-}
-
-bool comes_within(const Cell& cell, const Eigen::VectorXd& q, const SpanContact& c, double distance) {
-  const Span own(cell, q, c.span);
-  for (const double u : {0.0, 0.25, 0.5, 0.75, 1.0}) {
-    const ChainPoint at = closest_on_chain(cell, q, own.point(u), c.other, image_shift(cell, q, c.image_x, c.image_y));
-    // Between two of these points the distance changes by an eighth of the span at most.
-    if (at.found && at.separation.norm() < distance + 0.125 * own.slope.norm()) return true;
-  }
-  return false;
 }
 
 /// The nearest span of every chain that may come near span i.
@@ -157,27 +152,38 @@ double growth_since(const Cell& cell, const ContactList& list, const Eigen::Vect
 }
 
 ContactList find_contacts(const Cell& cell, const Eigen::VectorXd& q, double skin, const ContactSampling& sampling) {
-  ContactList list{skin, sampling, {}, {}, q};
+  ContactList list{skin, sampling, {}, {}, {}, q};
   const std::vector<SpanBall> balls = balls_of(cell, q);
   double largest = 0, reach_max = 0;
   for (const SpanBall& b : balls) largest = std::max(largest, b.radius);
   for (const PairLaw& law : cell.pair_laws) reach_max = std::max(reach_max, law.reach);
   const Grid grid(cell, q, balls, 2 * largest + reach_max + skin);
-  std::vector<std::vector<SpanContact>> of_fiber(cell.fibers());
+  struct Found {
+    std::vector<SpanContact> contacts;
+    std::vector<double> gap;
+  };
+  std::vector<Found> of_fiber(cell.fibers());
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::uint32_t f = 0; f < cell.fibers(); ++f) {
     std::vector<Candidate> nearest;
+    std::vector<double> gap;
     for (std::uint32_t i = cell.first[f]; i < cell.first[f + 1]; ++i) {
       find_nearest(cell, q, grid, balls, i, skin, nearest);
-      remove_repeats(cell, q, i, cell.type_of(f).radius, nearest);
+      remove_far_and_repeated(cell, q, i, balls[i].radius, skin, nearest);
       for (const Candidate& c : nearest) {
-        if (comes_within(cell, q, c.contact, cell.pair_law(f, c.fiber).reach + skin)) of_fiber[f].push_back(c.contact);
+        measure_gaps(cell, q, c.contact, sampling, gap);
+        if (*std::min_element(gap.begin(), gap.end()) > skin) continue;
+        of_fiber[f].contacts.push_back(c.contact);
+        of_fiber[f].gap.insert(of_fiber[f].gap.end(), gap.begin(), gap.end());
       }
     }
   }
-  for (const auto& contacts : of_fiber) list.contacts.insert(list.contacts.end(), contacts.begin(), contacts.end());
+  for (const Found& found : of_fiber) {
+    list.contacts.insert(list.contacts.end(), found.contacts.begin(), found.contacts.end());
+    list.gap.insert(list.gap.end(), found.gap.begin(), found.gap.end());
+  }
+  number_samples(cell, list);
   share_contacts(cell, q, list);
-  list.gap = contact_gaps(cell, list, q);
   return list;
 }
 

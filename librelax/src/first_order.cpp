@@ -23,7 +23,7 @@ constexpr double way_limit = 0.1;    ///< of a node in one step [smallest diamet
 constexpr int metric_interval = 10;  ///< steps for which M is kept, unless the motion turns uphill before
 constexpr double near_touch = 1.04;  ///< radii by which M sees fibers: those that may touch before it is renewed have to be in it
 constexpr double list_skin =
-    0.8;  ///< of the contact list [largest fiber diameters]: nodes go far, and what does not touch costs next to nothing
+    1.5;  ///< of the contact list [largest fiber diameters]: nodes go far, and what does not touch costs next to nothing
 constexpr int patience = 400;  ///< steps in which neither the gradient nor the energy comes down, after which the phase is given up
 constexpr double gradient_fall = 0.1, energy_fall = 0.01;  ///< of their least values: what counts as coming down
 constexpr double regular = 1e-6;  ///< added to M: of the reference tension over the diameter, for slack fibers that nothing holds
@@ -44,9 +44,10 @@ class Metric {
     bar_energy(stiff_, unknowns, q, convex);
     bending_energy(cell, q, convex);
     ContactList nearer = list;
-    for (std::size_t i = 0; i < nearer.gap.size(); ++i) {
+    for (std::size_t i = 0; i < nearer.contacts.size(); ++i) {
       const SpanContact& c = nearer.contacts[i];
-      nearer.gap[i] -= (1 - 1 / near_touch) * inflated_.pair_law(cell.fiber_of[c.span], cell.fiber_of[c.other]).reach;
+      const double nearer_by = (1 - 1 / near_touch) * inflated_.pair_law(cell.fiber_of[c.span], cell.fiber_of[c.other]).reach;
+      for (std::size_t s = nearer.first_sample[i]; s < nearer.first_sample[i + 1]; ++s) nearer.gap[s] -= nearer_by;
     }
     contact_energy(stiff_, nearer, q, convex);
     platen_energy(inflated_, unknowns, q, convex);

@@ -133,7 +133,7 @@ class Minimization {
   }
 
   /// The first-order phase alone. Where the gradient has come down but the Newton step has not, or the contacts had other shares, it goes
-  /// on to a lower one.
+  /// on to a lower one, with the shares that they have now.
   MinimizeResult run_dynamic(const std::function<bool()>& pause) {
     MinimizeOptions fine = options_;
     fine.first_order_sampling = options_.sampling;
@@ -150,6 +150,7 @@ class Minimization {
       if (there || end == FirstOrderEnd::stagnated || at_.first_order.step >= at_.steps_left || at_.tolerance <= dynamic_tolerance_least)
         return std::move(result_);
       at_.tolerance *= 0.1;
+      at_.first_order.list_at = result_.q;
     }
   }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cmath>
 
 #include "relax/cell.hpp"
 
@@ -39,6 +40,7 @@ struct Span {
   /// Share u, not bounded to 0...1, at which the extended span comes closest to a point: (point - y).y' = 0 by Newton's method from the
   /// chord. Unique where the point is nearer to the axis than its radius of curvature.
   [[nodiscard]] double closest(const Vec3& point_at) const {
+    constexpr double near = 1e-7;  // the step after one of this size would be of its square
     const Vec3 chord = slope + 0.5 * curve;
     double u = (point_at - start).dot(chord) / chord.squaredNorm();
     for (int i = 0; i < 30; ++i) {
@@ -46,7 +48,7 @@ struct Span {
       const double t2 = t.squaredNorm(), slope_of_residual = t2 - r.dot(curve);
       const double change = r.dot(t) / (slope_of_residual > 0.1 * t2 ? slope_of_residual : t2);
       u += change;
-      if (change * change < 1e-28) break;
+      if (std::abs(change) < near) break;
     }
     return u;
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact_samples.hpp"
 #include "relax/minimize.hpp"
 #include "scenes/cells.hpp"
 
@@ -73,7 +74,8 @@ TEST(relax_bend, hessian_has_room_for_a_point_that_runs_around_a_bend) {
   const Eigen::VectorXd q = relax::unknowns_at(cell, x);
   relax::ContactList list = relax::find_contacts(cell, q, 0.3 * d);
   std::erase_if(list.contacts, [&](const relax::SpanContact& c) { return cell.fiber_of[c.span] == 0; });  // the warp's make room too
-  list.gap.assign(list.contacts.size(), -1);
+  relax::number_samples(cell, list);
+  list.gap.assign(list.first_sample.back(), -1);
   relax::SparseHessian hessian = relax::hessian_for(cell, list, q);
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(q.size());
   relax::ContactState state;

@@ -32,8 +32,9 @@ struct SpanContact {
 struct ContactList {
   double skin = 0;  ///< [m]
   ContactSampling sampling;
-  std::vector<SpanContact> contacts;  ///< sorted by span
-  std::vector<double> gap;   ///< of each at `built_at`: the least distance from a touch of one of its points, below 0 if one touches [m]
+  std::vector<SpanContact> contacts;      ///< sorted by span
+  std::vector<std::size_t> first_sample;  ///< of each contact among the samples of all; size contacts + 1
+  std::vector<double> gap;   ///< of each sample at `built_at`: its distance from a touch, below 0 if it touches or has no closest point [m]
   Eigen::VectorXd built_at;  ///< unknowns
 
   /// Whether a node has moved, or the cell grown, too far for this list.
@@ -63,7 +64,7 @@ struct ContactState {
   double overlap_max = 0;  ///< in sums of two radii
   std::uint32_t node_max = 0, other_max = 0;
   std::size_t touching = 0;      ///< sample points
-  std::vector<double> overlaps;  ///< per listed contact and sample, at most 0 where apart; only where asked for [m]
+  std::vector<double> overlaps;  ///< per sample of the list, at most 0 where apart; only where asked for [m]
   bool want_overlaps = false;
 };
 

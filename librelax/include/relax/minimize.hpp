@@ -30,7 +30,7 @@ struct MinimizeOptions {
   double gradient_tolerance = certificate_tolerance, step_tolerance = certificate_tolerance;
   bool leave_saddles = true;  ///< at a saddle, go on along the direction of negative curvature
   ContactSampling sampling;
-  ContactSampling first_order_sampling{0.5, 0.25};  ///< coarser: Newton's method goes on from there
+  ContactSampling first_order_sampling{1, 0.25};  ///< coarser: Newton's method goes on from there
   std::function<void(const struct MinimizeProgress&)> on_progress;
   std::function<void(const struct MinimizeState&)> on_checkpoint;  ///< to write it down, every `checkpoint_interval`
   double checkpoint_interval = 60;                                 ///< wall time [s]
