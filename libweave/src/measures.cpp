@@ -20,9 +20,11 @@ double length_of(const Snapshot& s, std::size_t f) {
   return length;
 }
 
-/// Upper and lower envelope heights on a grid over the cell, columns that no fiber covers left out.
+/// Upper and lower envelope heights on a grid over the cell, columns that no fiber covers left out. A unit cell goes on across its faces, in
+/// which yarns may lie.
 double mean_envelope_distance(const Snapshot& s) {
   const double length = s.x_max - s.x_min, width = s.cell_width;
+  const bool goes_on = s.cell_length > 0;
   const double r_min = *std::min_element(s.radius.begin(), s.radius.end());
   const auto count = [&](double extent) { return std::clamp(static_cast<int>(std::lround(extent / (0.5 * r_min))), 16, 600); };
   const int nx = count(length), ny = count(width);
@@ -35,15 +37,16 @@ double mean_envelope_distance(const Snapshot& s) {
       const int pieces = std::max(1, static_cast<int>(std::ceil(d.norm() / (0.5 * std::min(hx, hy)))));
       for (int k = 0; k < pieces; ++k) {
         const Vec3 q = s.x[p] + (k + 0.5) / pieces * d;
-        const int ix0 = std::max(0, static_cast<int>(std::ceil((q.x() - r - s.x_min) / hx - 0.5)));
-        const int ix1 = std::min(nx - 1, static_cast<int>(std::floor((q.x() + r - s.x_min) / hx - 0.5)));
+        const int ix0 = static_cast<int>(std::ceil((q.x() - r - s.x_min) / hx - 0.5));
+        const int ix1 = static_cast<int>(std::floor((q.x() + r - s.x_min) / hx - 0.5));
         const int iy0 = static_cast<int>(std::ceil((q.y() - r) / hy - 0.5)), iy1 = static_cast<int>(std::floor((q.y() + r) / hy - 0.5));
         for (int ix = ix0; ix <= ix1; ++ix) {
+          if (!goes_on && (ix < 0 || ix >= nx)) continue;
           for (int iy = iy0; iy <= iy1; ++iy) {
             const double dx = s.x_min + (ix + 0.5) * hx - q.x(), dy = (iy + 0.5) * hy - q.y();
             const double h2 = r * r - dx * dx - dy * dy;
             if (h2 < 0) continue;
-            const std::size_t cell = static_cast<std::size_t>(ix) * ny + ((iy % ny) + ny) % ny;
+            const std::size_t cell = static_cast<std::size_t>(((ix % nx) + nx) % nx) * ny + ((iy % ny) + ny) % ny;
             top[cell] = std::max(top[cell], q.z() + std::sqrt(h2));
             bottom[cell] = std::min(bottom[cell], q.z() - std::sqrt(h2));
           }

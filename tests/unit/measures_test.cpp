@@ -34,6 +34,32 @@ weave::Snapshot small_cell() {
   return s;
 }
 
+TEST(measures, mean_thickness_is_the_same_wherever_the_cell_is_cut) {
+  // Warps side by side all over the cell, and a weft over them: in the middle of the cell, or on both its faces, half of it on either.
+  const auto thickness = [](double weft_x) {
+    weave::Snapshot s;
+    s.cell_width = s.cell_length = s.x_max = 1e-3;
+    s.offset = {0};
+    for (int f = 0; f < 6; ++f) {
+      const bool weft = f == 5;
+      s.yarn.push_back(f);
+      s.fiber.push_back(0);
+      s.weft.push_back(weft);
+      s.radius.push_back(1e-4);
+      s.area.push_back(std::numbers::pi * 1e-8);
+      for (int k = 0; k <= 10; ++k) {
+        const double along = k * 1e-4, warp_y = 1e-4 + f * 2e-4;
+        s.x.emplace_back(weft ? weft_x : along, weft ? along : warp_y, weft ? 1e-4 : -1e-4);
+        s.tension.push_back(2);
+        s.arc.push_back(along);
+      }
+      s.offset.push_back(static_cast<std::int64_t>(s.x.size()));
+    }
+    return weave::measure_cell(s).thickness_mean;
+  };
+  EXPECT_NEAR(thickness(0) / thickness(0.5e-3), 1, 1e-3);  // of the grid
+}
+
 TEST(measures, straight_cell_has_its_volume_thickness_and_no_crimp) {
   const weave::CellMeasures m = weave::measure_cell(small_cell());
   EXPECT_NEAR(m.thickness, 4e-4, 1e-15);
