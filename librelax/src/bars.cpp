@@ -115,6 +115,11 @@ double bar_energy(const Cell& cell, const Unknowns& unknowns, const Eigen::Vecto
   return energy;
 }
 
+void set_strains(Cell& cell, const Eigen::VectorXd& q, const std::vector<double>& strain) {
+  const Unknowns unknowns(cell);
+  for (std::uint32_t i = 0; i < cell.nodes(); ++i) cell.rest_length[i] = bar_at(cell, unknowns, q, i, 1).length / (1 + strain[i]);
+}
+
 double strain_under(const FiberType& type, double tension, double slack_strain) {
   const double c = type.compression_factor, force = tension / (type.youngs_modulus * type.area), w = slack_strain;
   if (force >= w) return force;

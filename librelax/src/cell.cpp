@@ -72,6 +72,22 @@ double Unknowns::way(const Eigen::VectorXd& step) const {
   return std::sqrt(way2) + growth;
 }
 
+std::vector<Vec3> nodes_through(const Cell& cell, const std::vector<Vec3>& points) {
+  constexpr int rounds = 50;  // each halves the error, if not more: a wave loses at most half of its height from nodes to middles
+  const double round_off = 1e-14 * (cell.length_x + cell.length_y);  // straight fibers keep their nodes
+  Eigen::VectorXd q = Eigen::VectorXd::Zero(Unknowns(cell).size);
+  for (std::size_t i = 0; i < points.size(); ++i) q.segment<3>(static_cast<Eigen::Index>(3 * i)) = points[i];
+  std::vector<Vec3> x = points;
+  for (int round = 0; round < rounds; ++round) {
+    for (std::uint32_t i = 0; i < points.size(); ++i) {
+      const Vec3 off = points[i] - axis_point(cell, q, i, 0.5);
+      if (off.norm() > round_off) x[i] += off;
+    }
+    for (std::size_t i = 0; i < points.size(); ++i) q.segment<3>(static_cast<Eigen::Index>(3 * i)) = x[i];
+  }
+  return x;
+}
+
 Eigen::VectorXd unknowns_at(const Cell& cell, const std::vector<Vec3>& x) {
   const Unknowns unknowns(cell);
   Eigen::VectorXd q = Eigen::VectorXd::Zero(unknowns.size);

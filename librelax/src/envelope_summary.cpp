@@ -13,7 +13,8 @@ namespace {
 /// Mean and extremes over the sections of a yarn, of which the last is the first one's image.
 nlohmann::ordered_json spread_of(const std::vector<double>& values) {
   const auto [least, largest] = std::minmax_element(values.begin(), values.end());
-  return {{"mean", std::accumulate(values.begin(), values.end() - 1, 0.0) / static_cast<double>(values.size() - 1)},
+  const double mean = std::accumulate(values.begin(), values.end() - 1, 0.0) / static_cast<double>(values.size() - 1);
+  return {{"mean", std::clamp(mean, *least, *largest)},  // that of equal values is one of them but for round-off
           {"min", *least},
           {"max", *largest}};
 }

@@ -134,9 +134,9 @@ Eigen::Vector2d place_of(int j, int n, double radius, double finer_radius) {
   return {r * std::cos(j * golden), r * std::sin(j * golden)};
 }
 
-/// A finer fiber beside a coarse one.
-CellFiber beside(const Cell& cell, const Eigen::VectorXd& q, std::uint32_t f, const std::vector<double>& stretch,
-                 const Eigen::Vector2d& place, double spacing) {
+/// A finer fiber beside a coarse one, with points of its axis in place of nodes, and the strains of its bars.
+CellFiber beside(const Cell& cell, const Eigen::VectorXd& q, std::uint32_t f, const std::vector<double>& coarse_strain,
+                 const Eigen::Vector2d& place, double spacing, std::vector<double>& strain) {
   const std::uint32_t spans = cell.nodes_of(f);
   double length = 0;
   for (std::uint32_t i = cell.first[f]; i < cell.first[f + 1]; ++i) length += cell.rest_length[i];
@@ -155,7 +155,8 @@ CellFiber beside(const Cell& cell, const Eigen::VectorXd& q, std::uint32_t f, co
   for (int k = 0; k < count; ++k) {
     const Vec3 after = k + 1 < count ? fiber.x[static_cast<std::size_t>(k) + 1] : Vec3(fiber.x.front() + period);
     const auto bar = static_cast<std::size_t>(cell.first[f]) + static_cast<std::size_t>(static_cast<double>(k) / count * spans);
-    fiber.rest_length.push_back((after - fiber.x[static_cast<std::size_t>(k)]).norm() / stretch[bar]);
+    fiber.rest_length.push_back((after - fiber.x[static_cast<std::size_t>(k)]).norm());
+    strain.push_back(coarse_strain[bar]);
   }
   return fiber;
 }
@@ -172,11 +173,11 @@ std::pair<Cell, std::vector<Vec3>> refine(const Cell& coarse, const Eigen::Vecto
   cell.load_y = coarse.load_y;
   cell.pressure = coarse.pressure;
   cell.slack_strain = coarse.slack_strain;
-  // Stretch of each bar of the coarse fibers, which the finer ones take over; slack ones are taut in them.
+  // Strain of each bar of the coarse fibers, which the finer ones take over; slack ones are taut in them.
   const std::vector<double> tension = bar_tensions(coarse, unknowns, q);
-  std::vector<double> stretch(coarse.nodes());
+  std::vector<double> coarse_strain(coarse.nodes()), strain;
   for (std::uint32_t i = 0; i < coarse.nodes(); ++i) {
-    stretch[i] = 1 + strain_under(coarse.type_of(coarse.fiber_of[i]), std::max(tension[i], 0.0), coarse.slack_strain);
+    coarse_strain[i] = strain_under(coarse.type_of(coarse.fiber_of[i]), std::max(tension[i], 0.0), coarse.slack_strain);
   }
   std::map<std::pair<std::uint16_t, int>, std::uint16_t> type_of;  // by coarse type and fibers of the coarse yarn
   std::vector<std::uint32_t> next;
@@ -204,7 +205,7 @@ std::pair<Cell, std::vector<Vec3>> refine(const Cell& coarse, const Eigen::Vecto
     for (std::uint32_t f = yarn.begin; f < yarn.end; ++f) {
       const int n = parts[f - yarn.begin];
       for (int j = 0; j < n; ++j) {
-        CellFiber fiber = beside(coarse, q, f, stretch, place_of(j, n, radius, finer_radius), spacing);
+        CellFiber fiber = beside(coarse, q, f, coarse_strain, place_of(j, n, radius, finer_radius), spacing, strain);
         fiber.weft = coarse.weft[f] != 0;
         fiber.type = type->second;
         fiber.yarn = coarse.yarn[f];
@@ -217,6 +218,8 @@ std::pair<Cell, std::vector<Vec3>> refine(const Cell& coarse, const Eigen::Vecto
   }
   finish_types(cell);
   close_fibers(cell, next);
+  x = nodes_through(cell, x);
+  set_strains(cell, unknowns_at(cell, x), strain);
   return {std::move(cell), std::move(x)};
 }
 

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "relax/energy.hpp"
 #include "weave/loom.hpp"
 
 namespace relax {
@@ -145,6 +146,8 @@ std::pair<Cell, std::vector<Vec3>> cell_from_topology(const weave::Case& c, cons
     add_yarn(true, layout.weft_type[layer], warps + pick, weft_tension,
              [&](double share) { return Vec3(column_x, share * cell.length_y, stack.weft_z[layer]); });
   }
+  x = nodes_through(cell, x);
+  set_strains(cell, unknowns_at(cell, x), std::vector<double>(cell.nodes(), 0));
   return {std::move(cell), std::move(x)};
 }
 

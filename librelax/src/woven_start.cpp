@@ -62,7 +62,8 @@ Resampled resample(const weave::Snapshot& s, const Range& range, const Vec3& mis
 
 }  // namespace
 
-WovenStart cell_from_woven(const weave::Case& c, const weave::Snapshot& woven, const WovenOptions& options) {
+WovenStart cell_from_woven(const weave::Case& c, const weave::Snapshot& nodes, const WovenOptions& options) {
+  const weave::Snapshot woven = weave::on_axis(nodes);
   const weave::LoomLayout layout = weave::lay_out(c);
   const auto warps = static_cast<int>(layout.warps.size());
   if (!(woven.cell_length > 0)) throw std::invalid_argument("a start from a woven state needs a unit cell, not a whole loom");
@@ -98,6 +99,7 @@ WovenStart cell_from_woven(const weave::Case& c, const weave::Snapshot& woven, c
     ++count;
   }
   if (count > 0) lean /= count;
+  std::vector<double> strain;
   for (std::size_t f = 0; f < woven.fibers(); ++f) {
     const bool weft = woven.weft[f] != 0;
     const int yarn = woven.yarn[f];
@@ -114,8 +116,8 @@ WovenStart cell_from_woven(const weave::Case& c, const weave::Snapshot& woven, c
     }
     CellFiber fiber;
     for (std::size_t k = 0; k < path.tension.size(); ++k) {
-      const double strain = strain_under(fiber_type, path.tension[k], cell.slack_strain);
-      fiber.rest_length.push_back((path.x[k + 1] - path.x[k]).norm() / (1 + strain));
+      strain.push_back(strain_under(fiber_type, path.tension[k], cell.slack_strain));
+      fiber.rest_length.push_back((path.x[k + 1] - path.x[k]).norm());
     }
     path.x.pop_back();
     fiber.x = std::move(path.x);
@@ -135,6 +137,8 @@ WovenStart cell_from_woven(const weave::Case& c, const weave::Snapshot& woven, c
   }
   if (count > 0) start.mismatch.mean /= count;
   close_fibers(cell, next);
+  start.x = nodes_through(cell, start.x);
+  set_strains(cell, unknowns_at(cell, start.x), strain);
   return start;
 }
 

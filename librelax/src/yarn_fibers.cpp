@@ -108,7 +108,11 @@ void cut_at_faces(YarnFibers& yarn) {
   const double width = yarn.period[axis];
   for (const Cycle& cycle : cycles_of(yarn)) {
     const std::vector<Vec3>& x = cycle.x;
-    const double first_face = yarn.first_face + std::ceil((x.front()[axis] - yarn.first_face) / width) * width;
+    const auto periods = static_cast<double>(cycle.fibers.size());
+    // From the first point, of which the last is the image exactly: so a face through that, to round-off, is met at one of the two.
+    const auto way = [&](std::size_t i) { return i + 1 < x.size() ? x[i][axis] - x.front()[axis] : periods * width; };
+    const double to_face = (yarn.first_face - x.front()[axis]) / width, way_to_face = (to_face - std::floor(to_face)) * width;
+    const double first_way = way_to_face < width ? way_to_face : 0;
     struct Passage {
       std::size_t before;  ///< point of the chain
       Vec3 x;
@@ -116,9 +120,9 @@ void cut_at_faces(YarnFibers& yarn) {
     std::vector<Passage> passages;
     for (std::size_t i = 0; i + 1 < x.size(); ++i) {
       while (passages.size() < cycle.fibers.size()) {
-        const double face = first_face + static_cast<double>(passages.size()) * width;
-        if (x[i][axis] > face || x[i + 1][axis] <= face) break;
-        passages.push_back({i, x[i] + (face - x[i][axis]) / (x[i + 1][axis] - x[i][axis]) * (x[i + 1] - x[i])});
+        const double face = first_way + static_cast<double>(passages.size()) * width;
+        if (way(i) > face || way(i + 1) <= face) break;
+        passages.push_back({i, x[i] + (face - way(i)) / (way(i + 1) - way(i)) * (x[i + 1] - x[i])});
       }
     }
     if (passages.size() != cycle.fibers.size())
@@ -127,7 +131,7 @@ void cut_at_faces(YarnFibers& yarn) {
     const Vec3 around = x.back() - x.front();
     for (std::size_t k = 0; k < passages.size(); ++k) {
       const bool last = k + 1 == passages.size();
-      const Vec3 to_cell = (yarn.first_face - first_face - static_cast<double>(k) * width) * yarn.period.normalized();
+      const Vec3 to_cell = (yarn.first_face - x.front()[axis] - first_way - static_cast<double>(k) * width) * yarn.period.normalized();
       Vec3 start = passages[k].x, end_point = (last ? passages.front() : passages[k + 1]).x;
       start[axis] = yarn.first_face;
       end_point[axis] = yarn.last_face;

@@ -41,6 +41,29 @@ TEST(relax_woven, lean_is_sheared_away) {
   EXPECT_LT(stretch, 1e-9);
 }
 
+TEST(relax_woven, warps_keep_their_height_however_long_the_elements) {
+  const Woven w;
+  const weave::Snapshot axes = weave::on_axis(w.cloth);
+  const auto begin = axes.x.begin() + axes.offset[0], end = axes.x.begin() + axes.offset[1];
+  const auto [low, high] = std::minmax_element(begin, end, [](const Vec3& a, const Vec3& b) { return a.z() < b.z(); });
+  for (const double element_length : {0.5, 1.0, 2.0, 3.0}) {  // of a wave of 12 diameters: points taken as nodes lose a quarter of it at 3
+    SCOPED_TRACE(element_length);
+    relax::WovenOptions options;
+    options.element_length = element_length;
+    const relax::WovenStart start = relax::cell_from_woven(w.c, w.cloth, options);
+    const Eigen::VectorXd q = relax::unknowns_at(start.cell, start.x);
+    double top = -1, bottom = 1;
+    for (std::uint32_t i = 0; i < start.cell.first[1]; ++i) {
+      for (int k = 0; k < 16; ++k) {
+        const double z = relax::axis_point(start.cell, q, i, k / 16.0).z();
+        top = std::max(top, z);
+        bottom = std::min(bottom, z);
+      }
+    }
+    EXPECT_NEAR((top - bottom) / (high->z() - low->z()), 1, 0.03);
+  }
+}
+
 TEST(relax_woven, bars_keep_their_tension_where_a_fiber_is_closed) {
   // A warp that ends 1.5 d above its start becomes longer as it is closed, by far more than its tension stretches it.
   Woven w;

@@ -115,6 +115,10 @@ struct Unknowns {
   [[nodiscard]] Eigen::Index border(Eigen::Index unknown) const { return unknown - 3 * nodes; }
 };
 
+/// Nodes with which the middle of each span comes to a given point of its fiber's axis. Points taken as nodes would not do: an axis of wave
+/// number k loses (k h)^2 / 8 of its height to nodes h apart, and yarns their crimp with it.
+std::vector<Vec3> nodes_through(const Cell& cell, const std::vector<Vec3>& points);
+
 /// Unknowns for nodes at `x`: no rest length drawn in, platens touching the highest and the lowest fiber.
 Eigen::VectorXd unknowns_at(const Cell& cell, const std::vector<Vec3>& x);
 
