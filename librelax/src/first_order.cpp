@@ -122,7 +122,9 @@ FirstOrderEnd calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins,
       result.wall.first_order_metric += factorization;
       metric_age = 1;
     }
-    if (gradient_max <= tolerance || !std::isfinite(energy)) return FirstOrderEnd::near;
+    const bool deep = contacts.overlap_max > options.first_order_overlap;
+    const double wanted = deep ? std::min(tolerance, options.first_order_tolerance_least) : tolerance;
+    if (gradient_max <= wanted || !std::isfinite(energy)) return FirstOrderEnd::near;
     if (gradient_max < (1 - gradient_fall) * state.gradient_least || energy < state.energy_least - energy_fall * std::abs(energy)) {
       state.gradient_least = std::min(state.gradient_least, gradient_max);
       state.energy_least = std::min(state.energy_least, energy);
