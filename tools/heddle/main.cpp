@@ -120,7 +120,10 @@ int main(int argc, char** argv) {
       ->add_option("--load-x", relax.load_x, "force that pulls the cell along x, whose length is free then [N] (default: given length)")
       ->check(CLI::NonNegativeNumber);
   relax_app->add_option("--load-y", relax.load_y, "the same along y [N]")->check(CLI::NonNegativeNumber);
-  relax_app->add_option("--element-length", relax.element_length, "[fiber diameters]")->check(CLI::PositiveNumber);
+  relax_app
+      ->add_option("--element-length", relax.element_length,
+                   "[fiber diameters] (default 2; of more than 19 fibers a yarn as long as of 19)")
+      ->check(CLI::PositiveNumber);
   relax_app
       ->add_option(
           "--method", relax.method,

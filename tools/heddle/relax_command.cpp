@@ -7,6 +7,7 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -257,12 +258,19 @@ class Relaxation {
 
   /// Goes over to the finer fibers.
   void refine() {
-    const double element_length = options_.element_length > 0 ? options_.element_length : start_.c.numerics.element_length;
-    const auto [fine, x] = relax::refine(cell_, result_.q, fibers_, element_length);
+    const auto [fine, x] = relax::refine(cell_, result_.q, fibers_, refined_element_length());
     cell_start_ = relax::unknowns_at(fine, x);
     refinement_ = relax::check_refinement(cell_, result_.q, fine, cell_start_);
     cell_ = fine;
     refined_ = true;
+  }
+
+  /// Elements that follow the bends of a yarn of 19 fibers do so with more fibers, too: so the more there are, the more of their diameters
+  /// an element is long.
+  [[nodiscard]] double refined_element_length() const {
+    constexpr double fibers_enough = 19;
+    if (options_.element_length > 0) return options_.element_length;
+    return start_.c.numerics.element_length * std::sqrt(std::max(1.0, fibers_ / fibers_enough));
   }
 
   /// Certifies no minimum whose fibers do not stand for the coarse ones.
