@@ -22,7 +22,7 @@ struct RelaxOptions {
   double element_length = 0;             ///< [fiber diameters]; 0: as the case has it
   std::string method = "auto";           ///< dynamic: the first-order phase alone; newton: Newton's method alone
   double tolerance = 1e-8;               ///< at which to stop: gradient over the reference tension, Newton step in fiber diameters
-  int iterations = 300;                  ///< of Newton's method, at most
+  int iterations = 1000;                 ///< of Newton's method, at most
   int first_order = 20000;               ///< steps of its first-order phases, at most
   int threads = 0;                       ///< 0: all
   bool resume = false;                   ///< go on from the checkpoint in the results folder; keep what is finished of a series

@@ -24,7 +24,7 @@ struct MinimizeOptions {
       2e-2;  ///< gradient at which the first one hands over to Newton's method: largest component over the reference tension
   double first_order_tolerance_least = 1e-3;  ///< at which later ones do, each at half of that of the one before
   double first_order_overlap = 0.09;  ///< while fibers overlap deeper, any of them goes on to the least tolerance [sums of two radii]
-  int iterations_max = 300;           ///< of Newton's method
+  int iterations_max = 1000;          ///< of Newton's method
   double skin = 0.3;                  ///< of the contact list [largest fiber diameters]
   /// At which to stop: largest component of the gradient over the reference tension, and of the Newton step in smallest fiber diameters.
   /// Beyond the certificate's tolerance no state is certified; below it, one has to meet these.
