@@ -68,13 +68,28 @@ Yarn measured(const relax::Cell& cell, const Eigen::VectorXd& q, bool weft) {
   return {mean.crimp / count, mean.height / count, 0};
 }
 
+/// The lowest of the minima to which a start leads and some that are a thousandth of a diameter beside it: flexible yarns may come to lie
+/// less evenly than their nodes do, with a force on their pins, and round-off in the start would else decide on it.
+relax::MinimizeResult lowest_minimum(const relax::Cell& cell, const std::vector<Vec3>& x) {
+  constexpr std::uint64_t starts = 4;
+  relax::MinimizeResult lowest;
+  for (std::uint64_t start = 0; start < starts; ++start) {
+    Eigen::VectorXd q = relax::unknowns_at(cell, x);
+    if (start > 0) shake(q, 1e-3 * d, start);
+    relax::MinimizeResult r = relax::minimize(cell, q);
+    const bool lower = r.certificate.converged && (!lowest.certificate.converged || r.energy.sum() < lowest.energy.sum());
+    if (start == 0 || lower) lowest = std::move(r);
+  }
+  return lowest;
+}
+
 TEST(relax_weave, single_flexible_yarns_take_the_crimp_of_peirces_plain_weave) {
   const double pitch = 8 * d;
   for (const double weft_tension : {1e-4, 5e-5}) {  // [N]: yarns overlap by 0.0006 d
     SCOPED_TRACE(weft_tension);
     const double warp_tension = 1e-4;
     const auto [cell, x] = relax::cell_from_topology(plain_weave({.fibers = 1, .pitch = pitch}), {warp_tension, weft_tension, 0.2});
-    const relax::MinimizeResult r = relax::minimize(cell, relax::unknowns_at(cell, x));
+    const relax::MinimizeResult r = lowest_minimum(cell, x);
     ASSERT_TRUE(r.certificate.converged) << r.certificate.blocked_by;
     const Weave expected = peirce(pitch, warp_tension, weft_tension);
     // Spans of 0.2 d round off the arcs, of radius d: that leaves a third of a percent of the crimp. With spans of 0.3 d it is 1.3 %.
@@ -101,7 +116,7 @@ TEST(relax_weave, cell_is_as_large_under_load_as_peirces_plain_weave) {
       const double element_length = 0.2001 * p / pitch;  // as many spans on both sides, a little above a whole part of the pitch
       const auto [cell, x] =
           relax::cell_from_topology(plain_weave({.fibers = 1, .pitch = p}), {warp_tension, weft_tension, element_length});
-      const relax::MinimizeResult r = relax::minimize(cell, relax::unknowns_at(cell, x));
+      const relax::MinimizeResult r = lowest_minimum(cell, x);
       ASSERT_TRUE(r.certificate.converged) << r.certificate.blocked_by;
       energy[side] = r.energy.sum();
     }
@@ -118,7 +133,7 @@ TEST(relax_weave, cell_bears_the_loads_of_peirces_plain_weave) {
     SCOPED_TRACE(weft_tension);
     const Weave expected = peirce(pitch, warp_tension, weft_tension);
     const auto [cell, x] = relax::cell_from_topology(plain_weave({.fibers = 1, .pitch = pitch}), {warp_tension, weft_tension, 0.2001});
-    const relax::MinimizeResult r = relax::minimize(cell, relax::unknowns_at(cell, x));
+    const relax::MinimizeResult r = lowest_minimum(cell, x);
     ASSERT_TRUE(r.certificate.converged) << r.certificate.blocked_by;
     const Eigen::Vector2d borne = relax::borne_loads(cell, r.q);
     EXPECT_NEAR((borne.x() / (2 * warp_tension) - 1) / (std::cos(expected.warp.angle) - 1), 1, 0.01);
