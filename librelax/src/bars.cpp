@@ -115,9 +115,12 @@ double bar_energy(const Cell& cell, const Unknowns& unknowns, const Eigen::Vecto
   return energy;
 }
 
-void set_strains(Cell& cell, const Eigen::VectorXd& q, const std::vector<double>& strain) {
+std::vector<Vec3> lay_axes(Cell& cell, const std::vector<Vec3>& points, const std::vector<double>& strain) {
+  const std::vector<Vec3> x = nodes_through(cell, points);
   const Unknowns unknowns(cell);
+  const Eigen::VectorXd q = unknowns_at(cell, x);
   for (std::uint32_t i = 0; i < cell.nodes(); ++i) cell.rest_length[i] = bar_at(cell, unknowns, q, i, 1).length / (1 + strain[i]);
+  return x;
 }
 
 double strain_under(const FiberType& type, double tension, double slack_strain) {

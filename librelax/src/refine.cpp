@@ -150,14 +150,9 @@ CellFiber beside(const Cell& cell, const Eigen::VectorXd& q, std::uint32_t f, co
     const Vec3 t = span.tangent(at - number).normalized();
     const Vec3 n = (across - across.dot(t) * t).normalized(), b = t.cross(n);
     fiber.x.push_back(span.point(at - number) + place.x() * n + place.y() * b);
+    strain.push_back(coarse_strain[cell.first[f] + number]);
   }
-  const Vec3 period = cell.period(f, q);
-  for (int k = 0; k < count; ++k) {
-    const Vec3 after = k + 1 < count ? fiber.x[static_cast<std::size_t>(k) + 1] : Vec3(fiber.x.front() + period);
-    const auto bar = static_cast<std::size_t>(cell.first[f]) + static_cast<std::size_t>(static_cast<double>(k) / count * spans);
-    fiber.rest_length.push_back((after - fiber.x[static_cast<std::size_t>(k)]).norm());
-    strain.push_back(coarse_strain[bar]);
-  }
+  fiber.rest_length.assign(fiber.x.size(), length / count);  // until the axes are laid
   return fiber;
 }
 
@@ -218,8 +213,7 @@ std::pair<Cell, std::vector<Vec3>> refine(const Cell& coarse, const Eigen::Vecto
   }
   finish_types(cell);
   close_fibers(cell, next);
-  x = nodes_through(cell, x);
-  set_strains(cell, unknowns_at(cell, x), strain);
+  x = lay_axes(cell, x, strain);
   return {std::move(cell), std::move(x)};
 }
 

@@ -80,16 +80,6 @@ double warp_height(const std::vector<double>& z, double share) {
   return a + (b - a) * 0.5 * (1 - std::cos(std::numbers::pi * u));
 }
 
-CellFiber fiber_along(std::vector<Vec3> x, const Vec3& period) {
-  CellFiber fiber;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    const Vec3 next = i + 1 < x.size() ? x[i + 1] : Vec3(x.front() + period);
-    fiber.rest_length.push_back((next - x[i]).norm());
-  }
-  fiber.x = std::move(x);
-  return fiber;
-}
-
 }  // namespace
 
 std::pair<Cell, std::vector<Vec3>> cell_from_topology(const weave::Case& c, const TopologyOptions& options) {
@@ -117,12 +107,12 @@ std::pair<Cell, std::vector<Vec3>> cell_from_topology(const weave::Case& c, cons
     const auto places = weave::bundle_section(fibers, t.radius, 2 * gap * t.radius, no_limit);
     for (int i = 0; i < fibers; ++i) {
       const Eigen::Vector2d place = places[static_cast<std::size_t>(i)];
-      std::vector<Vec3> path;
+      CellFiber fiber;
       for (int k = 0; k < nodes; ++k) {
         const Vec3 at = center(static_cast<double>(k) / nodes);
-        path.push_back(at + (weft ? Vec3(place.x(), 0, place.y()) : Vec3(0, place.x(), place.y())));
+        fiber.x.push_back(at + (weft ? Vec3(place.x(), 0, place.y()) : Vec3(0, place.x(), place.y())));
       }
-      CellFiber fiber = fiber_along(std::move(path), weft ? Vec3(0, cell.length_y, 0) : Vec3(cell.length_x, 0, 0));
+      fiber.rest_length.assign(fiber.x.size(), length / nodes);  // until the axes are laid
       fiber.weft = weft;
       fiber.type = static_cast<std::uint16_t>(type);
       fiber.yarn = yarn;
@@ -146,8 +136,7 @@ std::pair<Cell, std::vector<Vec3>> cell_from_topology(const weave::Case& c, cons
     add_yarn(true, layout.weft_type[layer], warps + pick, weft_tension,
              [&](double share) { return Vec3(column_x, share * cell.length_y, stack.weft_z[layer]); });
   }
-  x = nodes_through(cell, x);
-  set_strains(cell, unknowns_at(cell, x), std::vector<double>(cell.nodes(), 0));
+  x = lay_axes(cell, x, std::vector<double>(cell.nodes(), 0));
   return {std::move(cell), std::move(x)};
 }
 

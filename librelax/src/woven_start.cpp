@@ -115,10 +115,8 @@ WovenStart cell_from_woven(const weave::Case& c, const weave::Snapshot& nodes, c
       x -= x.x() / cell.length_x * lean;
     }
     CellFiber fiber;
-    for (std::size_t k = 0; k < path.tension.size(); ++k) {
-      strain.push_back(strain_under(fiber_type, path.tension[k], cell.slack_strain));
-      fiber.rest_length.push_back((path.x[k + 1] - path.x[k]).norm());
-    }
+    for (const double tension : path.tension) strain.push_back(strain_under(fiber_type, tension, cell.slack_strain));
+    fiber.rest_length.assign(path.tension.size(), options.element_length * diameter);  // until the axes are laid
     path.x.pop_back();
     fiber.x = std::move(path.x);
     fiber.weft = weft;
@@ -137,8 +135,7 @@ WovenStart cell_from_woven(const weave::Case& c, const weave::Snapshot& nodes, c
   }
   if (count > 0) start.mismatch.mean /= count;
   close_fibers(cell, next);
-  start.x = nodes_through(cell, start.x);
-  set_strains(cell, unknowns_at(cell, start.x), strain);
+  start.x = lay_axes(cell, start.x, strain);
   return start;
 }
 

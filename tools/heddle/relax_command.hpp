@@ -19,7 +19,7 @@ struct RelaxOptions {
   double pressure = 0;                   ///< of the platens [Pa]
   std::vector<double> pressures;         ///< one after the other, each from the minimum of the one before, in place of `pressure`
   std::optional<double> load_x, load_y;  ///< that pull the cell along x, along y, whose length is free then [N]; none: given lengths
-  double element_length = 0;             ///< [fiber diameters]; 0: as the case has it
+  double element_length = 0;             ///< [fiber diameters]; 0: as the case has it, of more than 19 fibers a yarn as long as of 19
   std::string method = "auto";           ///< dynamic: the first-order phase alone; newton: Newton's method alone
   double tolerance = 1e-8;               ///< at which to stop: gradient over the reference tension, Newton step in fiber diameters
   int iterations = 1000;                 ///< of Newton's method, at most

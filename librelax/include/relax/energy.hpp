@@ -79,8 +79,9 @@ double bar_energy(const Cell& cell, const Unknowns& unknowns, const Eigen::Vecto
 /// Strain of a bar of given rest length that is under a tension [N], compression being negative.
 double strain_under(const FiberType& type, double tension, double slack_strain);
 
-/// Sets the rest lengths so that the bars have these strains at `q` (nodes).
-void set_strains(Cell& cell, const Eigen::VectorXd& q, const std::vector<double>& strain);
+/// Lays the fibers' axes through points, one for each node, and sets the rest lengths so that the bars have these strains (nodes) there.
+/// Returns the nodes.
+std::vector<Vec3> lay_axes(Cell& cell, const std::vector<Vec3>& points, const std::vector<double>& strain);
 
 /// Tension of the bar from each node to the next [N].
 std::vector<double> bar_tensions(const Cell& cell, const Unknowns& unknowns, const Eigen::VectorXd& q);
