@@ -21,6 +21,7 @@
 #include "scenes/own_folder.hpp"
 #include "unit/synthetic_cloth.hpp"
 #include "weave/results.hpp"
+#include "weave/version.hpp"
 
 namespace heddle {
 namespace {
@@ -282,6 +283,26 @@ TEST_F(StudyRunTest, SameClothIsWovenOnce) {
   std::istringstream kept(read("kept"));
   EXPECT_THAT(std::vector<std::string>(std::istream_iterator<std::string>(kept), {}),
               testing::UnorderedElementsAre((options.output / "runs/fibers_19").string(), (options.output / "runs/fibers_37").string()));
+}
+
+TEST_F(StudyRunTest, ClothOfAnotherStudyIsTakenOver) {
+  write_study("[vary]\nloom.tension = [1, 2]\n");
+  const Study study = read_study(options.study_file);
+  const path other = folder / "other/runs";
+  const auto weave_in = [&](const std::string& run, const StudyRun& woven, const std::string& version, bool finished) {
+    std::filesystem::create_directories(other / run / "weave");
+    std::ofstream(other / run / "weave/stage.json")
+        << json{{"inputs", {{"version", version}, {"case", weave::to_toml(woven.spec)}}}, {"finished", finished}};
+  };
+  weave_in("of_another_version", study.runs[0], "0.0.1", true);
+  weave_in("not_finished", study.runs[0], weave::version(), false);
+  weave_in("same", study.runs[1], weave::version(), true);
+  options.reuse = {folder / "other"};
+  EXPECT_EQ(study_command(options), 0);
+  EXPECT_EQ(read("kept"), (options.output / "runs/tension_2").string() + "\n");
+
+  options.reuse = {folder / "none"};
+  EXPECT_THROW(study_command(options), std::invalid_argument);
 }
 
 TEST_F(StudyRunTest, AnotherStudysFolderIsRefused) {

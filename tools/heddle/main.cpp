@@ -223,6 +223,10 @@ int main(int argc, char** argv) {
   study_app->add_option("--only", study.only, "a single run of the study, by its name");
   study_app->add_option("--jobs", study.jobs, "runs at a time (default from cores and memory)")->check(CLI::Range(1, 100000));
   study_app->add_option("-j,--threads", study.threads, "threads of each run (default from cores and jobs)")->check(CLI::Range(1, 1024));
+  study_app
+      ->add_option("--reuse", study.reuse,
+                   "folder of another study, or of `heddle run`, to take cloths from instead of weaving them again; may be repeated")
+      ->allow_extra_args(false);
   study_app->add_flag("--resume", resume_study, "go on with what is not finished; this is done without it too");
   study_app->add_flag("--retry", study.retry, "run those again that failed");
   study_app->add_option("--engine", study.engine, "local, or slurm: a job array on a cluster")->check(CLI::IsMember({"local", "slurm"}));

@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "heddle/study.hpp"
+#include "heddle/study_cloths.hpp"
 #include "heddle/study_local.hpp"
 #include "heddle/study_progress.hpp"
 #include "heddle/study_record.hpp"
@@ -157,6 +158,9 @@ int study_command(const StudyOptions& options) {
   for (RunTask& task : tasks) {
     if (options.retry && task.record.state == RunState::failed) task.record.state = RunState::waiting;
   }
+  for (const path& folder : options.reuse) {
+    if (!std::filesystem::is_directory(folder)) throw std::invalid_argument("--reuse " + folder.string() + ": is no folder");
+  }
   std::vector<double> memory;
   for (const RunTask& task : tasks) {
     if (!is_over(task)) memory.push_back(task.memory);
@@ -183,6 +187,8 @@ int study_command(const StudyOptions& options) {
     StudyProgress progress(tasks, output, shares.jobs, options.quiet);
     const auto kept = std::count_if(tasks.begin(), tasks.end(), is_over);
     if (kept > 0) progress.say(fmt::format("{} of {} runs are kept from before", kept, tasks.size()));
+    if (const std::size_t taken = take_over_cloths(tasks, options.reuse, output); taken > 0)
+      progress.say(fmt::format("cloths of {} runs are taken over", taken));
     if (slurm) {
       SlurmOptions cluster;
       cluster.output = output;

@@ -7,13 +7,14 @@ namespace heddle {
 
 struct StudyOptions {
   std::filesystem::path study_file;
-  std::filesystem::path output;  ///< default ./results/NAME
-  std::string engine = "local";  ///< "local" or "slurm"
-  int jobs = 0;                  ///< processes at a time; 0: from cores and memory
-  int threads = 0;               ///< of each; 0: from cores and jobs
-  std::string only;              ///< name of a single run; empty: all, with tables and pictures
-  bool list = false;             ///< say what would be run
-  bool retry = false;            ///< run those again that failed before
+  std::filesystem::path output;              ///< default ./results/NAME
+  std::string engine = "local";              ///< "local" or "slurm"
+  int jobs = 0;                              ///< processes at a time; 0: from cores and memory
+  int threads = 0;                           ///< of each; 0: from cores and jobs
+  std::string only;                          ///< name of a single run; empty: all, with tables and pictures
+  std::vector<std::filesystem::path> reuse;  ///< folders of studies and runs whose cloths need not be woven again
+  bool list = false;                         ///< say what would be run
+  bool retry = false;                        ///< run those again that failed before
   bool quiet = false;
   std::vector<std::string> sbatch;  ///< further options of sbatch
   std::filesystem::path program;    ///< in the place of this program for the runs; empty: this one

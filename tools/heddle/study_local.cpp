@@ -14,10 +14,11 @@
 #include <csignal>
 #include <cstring>
 #include <deque>
-#include <fstream>
 #include <stdexcept>
 #include <thread>
 
+#include "heddle/study_cloths.hpp"
+#include "heddle/study_record.hpp"
 #include "weave/version.hpp"
 
 namespace heddle {
@@ -118,27 +119,6 @@ int lock_folder(const path& folder) {
   if (flock(lock, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return lock;
   close(lock);
   return -1;
-}
-
-/// The task earlier in the list that weaves the same cloth; null: none.
-const RunTask* twin_of(const RunTask& task, const std::vector<RunTask>& tasks) {
-  const std::string cloth = weave::to_toml(task.run->spec);
-  for (const RunTask& other : tasks) {
-    if (&other == &task) return nullptr;
-    if (weave::to_toml(other.run->spec) == cloth) return &other;
-  }
-  return nullptr;
-}
-
-/// Takes over the cloth that the twin has woven, so that `heddle run` keeps it instead of weaving it again.
-void copy_weave(const path& from, const path& to) {
-  std::ifstream in(from / "weave" / "stage.json");
-  const nlohmann::json stage = in ? nlohmann::json::parse(in, nullptr, false) : nlohmann::json();
-  if (!stage.is_object() || !stage.value("finished", false) || std::filesystem::exists(to / "weave")) return;
-  std::filesystem::remove_all(to / "weave.part");
-  std::filesystem::create_directories(to);
-  std::filesystem::copy(from / "weave", to / "weave.part", std::filesystem::copy_options::recursive);
-  std::filesystem::rename(to / "weave.part", to / "weave");
 }
 
 /// Starts the task unless another process works in its folder.
