@@ -4,9 +4,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "fit_faces.hpp"
 #include "relax/energy.hpp"
 #include "weave/loom.hpp"
-#include "yarn_fibers.hpp"
 
 namespace relax {
 namespace {
@@ -18,22 +18,6 @@ struct Range {
 
 Range nodes_of(const weave::Snapshot& s, std::size_t f) {
   return {static_cast<std::size_t>(s.offset[f]), static_cast<std::size_t>(s.offset[f + 1])};
-}
-
-/// Fibers in which the fibers begin ... end - 1, those of one yarn, go on.
-void pair_across_faces(const weave::Snapshot& s, std::size_t begin, std::size_t end, const Vec3& period, std::vector<std::uint32_t>& next) {
-  std::vector<Vec3> starts, ends;
-  for (std::size_t f = begin; f < end; ++f) {
-    starts.push_back(s.x[nodes_of(s, f).begin]);
-    ends.push_back(s.x[nodes_of(s, f).last()]);
-  }
-  const std::vector<std::size_t> partner = fibers_that_go_on(starts, ends, period);
-  for (std::size_t i = 0; i < partner.size(); ++i) next[begin + i] = static_cast<std::uint32_t>(begin + partner[i]);
-}
-
-/// From where a warp fiber should end to where it does: where it goes on, a period later.
-Vec3 mismatch_of(const weave::Snapshot& s, std::size_t f, const std::vector<std::uint32_t>& next, const Vec3& period) {
-  return s.x[nodes_of(s, f).last()] - s.x[nodes_of(s, next[f]).begin] - period;
 }
 
 /// Points evenly spread over a fiber's rest length, each moved by its share of -mismatch, and the tension midway between them.
@@ -63,7 +47,7 @@ Resampled resample(const weave::Snapshot& s, const Range& range, const Vec3& mis
 }  // namespace
 
 WovenStart cell_from_woven(const weave::Case& c, const weave::Snapshot& nodes, const WovenOptions& options) {
-  const weave::Snapshot woven = weave::on_axis(nodes);
+  const weave::Snapshot as_cut = weave::on_axis(nodes), woven = fit_faces(as_cut);
   const weave::LoomLayout layout = weave::lay_out(c);
   const auto warps = static_cast<int>(layout.warps.size());
   if (!(woven.cell_length > 0)) throw std::invalid_argument("a start from a woven state needs a unit cell, not a whole loom");
@@ -77,28 +61,15 @@ WovenStart cell_from_woven(const weave::Case& c, const weave::Snapshot& nodes, c
                           y.bending_stiffness / y.fibers});
   }
   finish_types(cell);
-  const Vec3 along_x(cell.length_x, 0, 0), along_y(0, cell.length_y, 0), origin(woven.x_min, 0, 0);
-  std::vector<std::uint32_t> next(woven.fibers());
-  for (std::size_t begin = 0; begin < woven.fibers();) {
-    std::size_t end = begin + 1;
-    while (end < woven.fibers() && woven.yarn[end] == woven.yarn[begin]) ++end;
-    if (woven.yarn[begin] < 0 || woven.yarn[begin] >= warps + c.picks_per_cell() ||
-        (woven.weft[begin] != 0) != (woven.yarn[begin] >= warps)) {
+  const Vec3 origin(woven.x_min, 0, 0);
+  for (std::size_t f = 0; f < woven.fibers(); ++f) {
+    if (woven.yarn[f] < 0 || woven.yarn[f] >= warps + c.picks_per_cell() || (woven.weft[f] != 0) != (woven.yarn[f] >= warps))
       throw std::invalid_argument("a start from a woven state needs a unit cell of its own case");
-    }
-    for (std::size_t f = begin; f < end; ++f) next[f] = static_cast<std::uint32_t>(f);
-    if (!woven.weft[begin]) pair_across_faces(woven, begin, end, along_x, next);
-    begin = end;
   }
   // As the cloth leads down to the breast beam, the cell leans: it is sheared upright, warps and wefts alike.
-  Vec3 lean = Vec3::Zero();
-  int count = 0;
-  for (std::size_t f = 0; f < woven.fibers(); ++f) {
-    if (woven.weft[f]) continue;
-    lean += mismatch_of(woven, f, next, along_x);
-    ++count;
-  }
-  if (count > 0) lean /= count;
+  const std::vector<std::size_t> next = fibers_across_faces(as_cut);
+  const Vec3 lean = lean_of(as_cut, next);
+  const auto warp_fibers = std::count(woven.weft.begin(), woven.weft.end(), 0);
   std::vector<double> strain;
   for (std::size_t f = 0; f < woven.fibers(); ++f) {
     const bool weft = woven.weft[f] != 0;
@@ -106,7 +77,8 @@ WovenStart cell_from_woven(const weave::Case& c, const weave::Snapshot& nodes, c
     const int type = weft ? layout.weft_type[static_cast<std::size_t>(c.layer_of_pick(yarn - warps))]
                           : layout.warps[static_cast<std::size_t>(yarn)].type;
     const Range range = nodes_of(woven, f);
-    const Vec3 mismatch = weft ? mismatch_of(woven, f, next, along_y) : Vec3(mismatch_of(woven, f, next, along_x) - lean);
+    const Vec3 slant = weft ? Vec3::Zero() : lean;
+    const Vec3 mismatch = mismatch_across_faces(woven, f, next[f]) - slant;
     const double diameter = 2 * cell.types[static_cast<std::size_t>(type)].radius;
     const weave::FiberType& fiber_type = cell.types[static_cast<std::size_t>(type)];
     Resampled path = resample(woven, range, mismatch, options.element_length * diameter);
@@ -127,14 +99,14 @@ WovenStart cell_from_woven(const weave::Case& c, const weave::Snapshot& nodes, c
     fiber.tension = (weft ? options.weft_tension : options.warp_tension) / in_yarn;
     add_fiber(cell, fiber, start.x);
     if (weft) continue;
-    const double gap = mismatch.norm() / diameter;
+    const double gap = (mismatch_across_faces(as_cut, f, next[f]) - slant).norm() / diameter;
     start.mismatch.largest = std::max(start.mismatch.largest, gap);
     start.mismatch.mean += gap;
     start.mismatch.moved += next[f] != f;
     start.mismatch.lean = lean.norm() / diameter;
   }
-  if (count > 0) start.mismatch.mean /= count;
-  close_fibers(cell, next);
+  if (warp_fibers > 0) start.mismatch.mean /= static_cast<double>(warp_fibers);
+  close_fibers(cell, {next.begin(), next.end()});
   start.x = lay_axes(cell, start.x, strain);
   return start;
 }

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "fit_faces.hpp"
 #include "weave/assignment.hpp"
 
 namespace relax {
@@ -229,9 +230,11 @@ PeriodicYarns periodic_yarns(const weave::Snapshot& cell) {
   if (!(cell.cell_length > 0) || !(cell.cell_width > 0) || !(cell.x_max > cell.x_min))
     throw std::invalid_argument("envelopes need a unit cell, with a period along x and one along y; this is a whole loom or cloth");
   if (cell.fibers() == 0) throw std::invalid_argument("the unit cell holds no fibers");
+  const weave::Snapshot fitted = cell.beyond.known() ? fit_faces(cell) : cell;
   std::map<std::pair<bool, int>, std::vector<std::size_t>> fibers;
   for (std::size_t f = 0; f < cell.fibers(); ++f) fibers[{cell.weft[f] != 0, cell.yarn[f]}].push_back(f);
   PeriodicYarns result;
+  std::vector<std::vector<std::size_t>> in_cell;  // fibers of the yarns
   for (const auto& [key, members] : fibers) {
     YarnFibers yarn;
     yarn.weft = key.first;
@@ -240,12 +243,12 @@ PeriodicYarns periodic_yarns(const weave::Snapshot& cell) {
     yarn.first_face = yarn.weft ? 0 : cell.x_min;
     yarn.last_face = yarn.weft ? cell.cell_width : cell.x_max;
     for (const std::size_t f : members) {
-      const auto begin = static_cast<std::size_t>(cell.offset[f]), end = static_cast<std::size_t>(cell.offset[f + 1]);
+      const auto begin = static_cast<std::size_t>(fitted.offset[f]), end = static_cast<std::size_t>(fitted.offset[f + 1]);
       const std::string name = "fiber " + std::to_string(cell.fiber[f]) + " of yarn " + std::to_string(cell.yarn[f]);
       std::vector<Vec3> x;
       for (std::size_t i = begin; i < end; ++i) {
-        if (!cell.x[i].allFinite()) throw std::invalid_argument(name + ": point " + std::to_string(i - begin) + " is not finite");
-        if (x.empty() || x.back() != cell.x[i]) x.push_back(cell.x[i]);
+        if (!fitted.x[i].allFinite()) throw std::invalid_argument(name + ": point " + std::to_string(i - begin) + " is not finite");
+        if (x.empty() || x.back() != fitted.x[i]) x.push_back(fitted.x[i]);
       }
       if (x.size() < 2) throw std::invalid_argument(name + " has fewer than two points");
       if (!(cell.radius[f] > 0)) throw std::invalid_argument(name + ": radius = " + std::to_string(cell.radius[f]) + " m, must be > 0");
@@ -260,21 +263,26 @@ PeriodicYarns periodic_yarns(const weave::Snapshot& cell) {
     }
     pair_ends(yarn);
     result.yarns.push_back(std::move(yarn));
+    in_cell.push_back(members);
   }
 
   // As the cloth leads down to the breast beam, a woven cell leans: it is sheared upright, warps and wefts alike.
+  const auto as_cut = [&](std::size_t y, std::size_t f) {
+    return mismatch_across_faces(cell, in_cell[y][f], in_cell[y][result.yarns[y].next[f]]);
+  };
   Vec3 lean = Vec3::Zero();
   std::size_t warp_fibers = 0;
-  for (const YarnFibers& yarn : result.yarns)
-    for (std::size_t f = 0; !yarn.weft && f < yarn.size(); ++f, ++warp_fibers) lean += mismatch_of(yarn, f);
+  for (std::size_t y = 0; y < result.yarns.size(); ++y)
+    for (std::size_t f = 0; !result.yarns[y].weft && f < result.yarns[y].size(); ++f, ++warp_fibers) lean += as_cut(y, f);
   if (warp_fibers > 0) lean /= static_cast<double>(warp_fibers);
   const YarnFibers* worst_yarn = nullptr;
   std::size_t worst_fiber = 0;
-  for (YarnFibers& yarn : result.yarns) {
+  for (std::size_t y = 0; y < result.yarns.size(); ++y) {
+    YarnFibers& yarn = result.yarns[y];
     for (std::vector<Vec3>& x : yarn.points)
       for (Vec3& p : x) p -= (p.x() - cell.x_min) / (cell.x_max - cell.x_min) * lean;
     for (std::size_t f = 0; f < yarn.size(); ++f) {
-      const double mismatch = mismatch_of(yarn, f).norm() / (2 * yarn.radius[f]);
+      const double mismatch = (as_cut(y, f) - (yarn.weft ? Vec3::Zero() : lean)).norm() / (2 * yarn.radius[f]);
       if (mismatch <= result.mismatch) continue;
       result.mismatch = mismatch;
       worst_yarn = &yarn;

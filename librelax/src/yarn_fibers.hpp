@@ -49,7 +49,7 @@ std::vector<std::size_t> fibers_that_go_on(const std::vector<Vec3>& starts, cons
 struct PeriodicYarns {
   std::vector<YarnFibers> yarns;  ///< warps by rising number, then wefts
   double lean = 0;                ///< of the cell, in fiber diameters
-  double mismatch = 0;            ///< largest that was spread along a fiber, in fiber diameters
+  double mismatch = 0;            ///< largest across the faces as they were cut, in fiber diameters
 };
 
 /// Distance up to which a fiber's end is drawn to where it goes on a period later [fiber diameters]. Successive cells of a woven cloth that

@@ -81,4 +81,21 @@ ClothOrder cloth_order(const Snapshot& s, int layers, InsertionOrder insertion) 
   return order;
 }
 
+std::vector<double> column_distances_behind_fell(const Snapshot& loom, int warps, int layers) {
+  std::map<int, std::pair<double, int>> columns;  // sum and count of x
+  for (std::size_t f = 0; f < loom.fibers(); ++f) {
+    if (!loom.weft[f]) continue;
+    auto& [sum, count] = columns[(loom.yarn[f] - warps) / layers];
+    for (auto p = loom.offset[f]; p + 1 < loom.offset[f + 1]; ++p, ++count) sum += loom.x[p].x();
+  }
+  std::vector<double> distances;
+  double nearer = 0;
+  for (auto column = columns.rbegin(); column != columns.rend(); ++column) {
+    const double x = column->second.first / column->second.second;
+    if (column != columns.rbegin()) distances.push_back(nearer - x);
+    nearer = x;
+  }
+  return distances;
+}
+
 }  // namespace weave

@@ -543,13 +543,15 @@ void begin_fiber(const Model& m, std::uint32_t f, Snapshot& snap) {
   snap.area.push_back(m.type_of(f).area);
 }
 
-void add_node(const Vec3& x, double tension, double arc, Snapshot& snap) {
+template <typename Lines>
+void add_node(const Vec3& x, double tension, double arc, Lines& snap) {
   snap.x.push_back(x);
   snap.tension.push_back(tension);
   snap.arc.push_back(arc);
 }
 
-void end_fiber(Snapshot& snap) {
+template <typename Lines>
+void end_fiber(Lines& snap) {
   snap.offset.push_back(static_cast<std::int64_t>(snap.x.size()));
 }
 
@@ -629,7 +631,9 @@ void begin_fiber(const Snapshot& loom, std::size_t f, int yarn, Snapshot& snap) 
 }
 
 /// The part of a warp from where it first comes to x_min to where it then first comes to x_max. A steep leg may lean back over either.
-void add_between_faces(const Snapshot& loom, std::size_t f, Snapshot& snap) {
+/// Lines: of a snapshot, or of what lies beyond it.
+template <typename Lines>
+void add_between_faces(const Snapshot& loom, std::size_t f, double x_min, double x_max, Lines& snap) {
   const auto end = loom.offset[f + 1];
   auto p = loom.offset[f];
   const auto crosses = [&](std::int64_t q, double face) { return loom.x[q].x() <= face && loom.x[q + 1].x() > face; };
@@ -638,13 +642,13 @@ void add_between_faces(const Snapshot& loom, std::size_t f, Snapshot& snap) {
              loom.arc[q] + share * (loom.arc[q + 1] - loom.arc[q]) - arc_start, snap);
   };
   const auto share_at = [&](std::int64_t q, double face) { return (face - loom.x[q].x()) / (loom.x[q + 1].x() - loom.x[q].x()); };
-  while (p + 1 < end && loom.x[p].x() <= snap.x_min && !crosses(p, snap.x_min)) ++p;
+  while (p + 1 < end && loom.x[p].x() <= x_min && !crosses(p, x_min)) ++p;
   if (p + 1 >= end) return;
-  const double share = std::max(0.0, share_at(p, snap.x_min));  // 0: the warp's end is held within the cell
+  const double share = std::max(0.0, share_at(p, x_min));  // 0: the warp's end is held within the cell
   const double arc_start = loom.arc[p] + share * (loom.arc[p + 1] - loom.arc[p]);
   add_within_bar(p, share, arc_start);
-  while (p + 2 < end && !crosses(p, snap.x_max)) add_within_bar(p++, 1, arc_start);
-  add_within_bar(p, std::min(1.0, share_at(p, snap.x_max)), arc_start);
+  while (p + 2 < end && !crosses(p, x_max)) add_within_bar(p++, 1, arc_start);
+  add_within_bar(p, std::min(1.0, share_at(p, x_max)), arc_start);
 }
 
 }  // namespace
@@ -658,15 +662,20 @@ Snapshot cut_cell(const Case& c, const Snapshot& loom, int first_pick) {
   snap.cell_length = c.cell_length();
   snap.x_min = std::max(last_column_of_cell(c, loom, first_pick) - snap.cell_length, held_end(loom));
   snap.x_max = snap.x_min + snap.cell_length;
+  snap.beyond.length = snap.cell_length / c.columns;
+  snap.beyond.offset = {0};
   for (std::size_t f = 0; f < loom.fibers(); ++f) {
     if (!loom.weft[f]) {
       begin_fiber(loom, f, loom.yarn[f], snap);
-      add_between_faces(loom, f, snap);
+      add_between_faces(loom, f, snap.x_min, snap.x_max, snap);
       end_fiber(snap);
+      add_between_faces(loom, f, snap.x_max, snap.x_max + snap.beyond.length, snap.beyond);
+      end_fiber(snap.beyond);
     } else if (loom.yarn[f] >= warps + first_pick && loom.yarn[f] < warps + first_pick + picks) {
       begin_fiber(loom, f, warps + (loom.yarn[f] - warps) % picks, snap);
       for (auto p = loom.offset[f]; p < loom.offset[f + 1]; ++p) add_node(loom.x[p], loom.tension[p], loom.arc[p], snap);
       end_fiber(snap);
+      end_fiber(snap.beyond);
     }
   }
   return snap;

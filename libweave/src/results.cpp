@@ -1,5 +1,6 @@
 #include "weave/results.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -59,9 +60,21 @@ void check(const std::filesystem::path& file, const Snapshot& s) {
   for (std::size_t i = 0; i < fibers; ++i)
     if (s.offset[i] > s.offset[i + 1])
       throw std::runtime_error(file.string() + ": snapshot: offset falls from fiber " + std::to_string(i) + " to the next");
+  if (s.beyond.known()) {
+    expect("beyond.offset", s.beyond.offset.size(), fibers + 1);
+    expect("beyond.tension", s.beyond.tension.size(), s.beyond.x.size());
+    expect("beyond.arc", s.beyond.arc.size(), s.beyond.x.size());
+    if (!std::is_sorted(s.beyond.offset.begin(), s.beyond.offset.end()) || s.beyond.offset.front() != 0 ||
+        static_cast<std::size_t>(s.beyond.offset.back()) != s.beyond.x.size())
+      throw std::runtime_error(file.string() + ": snapshot: beyond.offset must rise from 0 to " + std::to_string(s.beyond.x.size()));
+  }
   if (s.offset.front() != 0 || static_cast<std::size_t>(s.offset.back()) != nodes)
     throw std::runtime_error(file.string() + ": snapshot: offset runs from " + std::to_string(s.offset.front()) + " to " +
                              std::to_string(s.offset.back()) + ", must run from 0 to " + std::to_string(nodes));
+}
+
+void write_points(Hdf5File& file, const std::string& path, const std::vector<Vec3>& x) {
+  file.write_rows(path, std::span<const double>(x.empty() ? nullptr : x.front().data(), 3 * x.size()), 3);
 }
 
 /// VTKHDF 1.0, one piece (VTK documentation, "VTKHDF file format", UnstructuredGrid).
@@ -77,7 +90,7 @@ void write_snapshot(Hdf5File& file, const Snapshot& s) {
   file.write<std::int64_t>("/VTKHDF/NumberOfPoints", {nodes});
   file.write<std::int64_t>("/VTKHDF/NumberOfCells", {static_cast<std::int64_t>(s.fibers())});
   file.write<std::int64_t>("/VTKHDF/NumberOfConnectivityIds", {nodes});
-  file.write_rows("/VTKHDF/Points", std::span<const double>(s.x.empty() ? nullptr : s.x.front().data(), 3 * s.x.size()), 3);
+  write_points(file, "/VTKHDF/Points", s.x);
   file.write("/VTKHDF/Connectivity", connectivity);
   file.write("/VTKHDF/Offsets", s.offset);
   file.write("/VTKHDF/Types", std::vector<std::uint8_t>(s.fibers(), vtk_poly_line));
@@ -102,6 +115,13 @@ void write_snapshot(Hdf5File& file, const Snapshot& s) {
   file.write<double>("/VTKHDF/FieldData/x_min_m", {s.x_min});
   file.write<double>("/VTKHDF/FieldData/x_max_m", {s.x_max});
   file.write<std::uint8_t>("/VTKHDF/FieldData/along_axis", {static_cast<std::uint8_t>(s.along_axis)});
+
+  if (!s.beyond.known()) return;
+  file.write<double>("/beyond/length_m", {s.beyond.length});
+  file.write("/beyond/offset", s.beyond.offset);
+  write_points(file, "/beyond/points_m", s.beyond.x);
+  file.write("/beyond/tension_N", s.beyond.tension);
+  file.write("/beyond/arc_m", s.beyond.arc);
 }
 
 template <class T>
@@ -110,6 +130,15 @@ T read_one(const Hdf5File& file, const std::filesystem::path& name, const std::s
   if (values.size() != 1)
     throw std::runtime_error(name.string() + ": " + path + ": has " + std::to_string(values.size()) + " values, must have one");
   return values.front();
+}
+
+std::vector<Vec3> read_points(const Hdf5File& file, const std::filesystem::path& name, const std::string& path) {
+  const Hdf5Array<double> points = file.read_rows<double>(path);
+  if (points.columns != 3) throw std::runtime_error(name.string() + ": " + path + ": must have three columns");
+  std::vector<Vec3> x;
+  x.reserve(points.rows);
+  for (std::size_t i = 0; i < points.rows; ++i) x.emplace_back(points.values[3 * i], points.values[3 * i + 1], points.values[3 * i + 2]);
+  return x;
 }
 
 Snapshot read_snapshot(const Hdf5File& file, const std::filesystem::path& name) {
@@ -132,10 +161,13 @@ Snapshot read_snapshot(const Hdf5File& file, const std::filesystem::path& name) 
   s.tension = file.read<double>("/VTKHDF/PointData/tension_N");
   s.arc = file.read<double>("/VTKHDF/PointData/arc_m");
 
-  const Hdf5Array<double> points = file.read_rows<double>("/VTKHDF/Points");
-  if (points.columns != 3) throw std::runtime_error(name.string() + ": /VTKHDF/Points: must have three columns");
-  s.x.reserve(points.rows);
-  for (std::size_t i = 0; i < points.rows; ++i) s.x.emplace_back(points.values[3 * i], points.values[3 * i + 1], points.values[3 * i + 2]);
+  s.x = read_points(file, name, "/VTKHDF/Points");
+  if (!file.has("/beyond/offset")) return s;
+  s.beyond.length = read_one<double>(file, name, "/beyond/length_m");
+  s.beyond.offset = file.read<std::int64_t>("/beyond/offset");
+  s.beyond.x = read_points(file, name, "/beyond/points_m");
+  s.beyond.tension = file.read<double>("/beyond/tension_N");
+  s.beyond.arc = file.read<double>("/beyond/arc_m");
   return s;
 }
 

@@ -82,6 +82,7 @@ std::string summary_json(const Case& c, const WeaveResult& r) {
   j["order_violations"] = s.order_violations;
   j["weft_column_spread_m"] = s.order.column_spread;
   j["weft_column_distances_m"] = s.order.column_distances;
+  j["weft_column_distances_behind_fell_m"] = s.column_distances_behind_fell;
   j["wefts_out_of_layer"] = s.order.wefts_out_of_layer;
   j["fiber_slack_max"] = s.order.fiber_slack;
   j["fiber_turn_max_deg"] = s.order.sharpest_turn * 180 / std::numbers::pi;

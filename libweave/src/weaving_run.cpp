@@ -504,6 +504,7 @@ class WeavingRun {
     s.energy_removed = loom_.edit_energy;
     s.energy_residual = loom_.work_in > 0 ? loom_.residual_max / loom_.work_in : 0;
     result_.loom = snapshot_of_loom(case_, *engine_, s.picks);
+    s.column_distances_behind_fell = column_distances_behind_fell(result_.loom, case_.warps(), case_.layers);
     s.warp_stress_behind_fell = warp_stress_behind_fell(result_.loom, case_.cell_length(), s.picks / case_.picks_per_cell());
     if (!cells_.empty()) {
       result_.cell = cells_.back();

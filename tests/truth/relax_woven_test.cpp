@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "fit_faces.hpp"
 #include "relax/energy.hpp"
 #include "relax/woven_start.hpp"
 #include "scenes/cells.hpp"
@@ -79,6 +80,58 @@ TEST(relax_woven, bars_keep_their_tension_where_a_fiber_is_closed) {
     EXPECT_GE(t, (1 - 1e-6) * *least);  // round-off of a strain of 1e-4 at least
     EXPECT_LE(t, (1 + 1e-6) * *largest);
   }
+}
+
+/// How the warps of a steady cloth go on: as they do a period before.
+weave::Continuation as_before(const weave::Snapshot& cloth) {
+  weave::Continuation beyond;
+  beyond.length = pitch;
+  beyond.offset = {0};
+  for (std::size_t f = 0; f < cloth.fibers(); ++f) {
+    for (auto p = cloth.offset[f]; !cloth.weft[f] && cloth.x[p].x() < cloth.x_min + 1.01 * pitch; ++p) {
+      beyond.x.push_back(cloth.x[p] + Vec3(cloth.cell_length, 0, 0));
+      beyond.tension.push_back(cloth.tension[p]);
+      beyond.arc.push_back(cloth.arc[p] - cloth.arc[cloth.offset[f]]);
+    }
+    beyond.offset.push_back(static_cast<std::int64_t>(beyond.x.size()));
+  }
+  return beyond;
+}
+
+TEST(relax_woven, warps_take_the_paths_beyond_the_last_face_behind_the_first) {
+  Woven w;
+  w.cloth.beyond = as_before(w.cloth);
+  const weave::Snapshot steady = weave::on_axis(w.cloth), kept = relax::fit_faces(w.cloth);
+  for (std::size_t p = 0; p < steady.x.size(); ++p) EXPECT_LT((kept.x[p] - steady.x[p]).norm(), 1e-3 * d) << p;
+
+  // The column before the cell lay otherwise: one warp comes higher out of it, one lower, and all have other tensions.
+  for (std::size_t f = 0; f < w.cloth.fibers(); ++f) {
+    for (auto p = w.cloth.offset[f]; !w.cloth.weft[f] && p < w.cloth.offset[f + 1]; ++p) {
+      const double way = (w.cloth.x[p].x() - w.cloth.x_min) / pitch;
+      if (way >= 1) continue;
+      w.cloth.x[p].z() += (w.cloth.yarn[f] == 0 ? 1.5 : -1.5) * d * (1 - way);
+      w.cloth.tension[p] *= 2;
+    }
+  }
+  const weave::Snapshot cut = weave::on_axis(w.cloth), fitted = relax::fit_faces(w.cloth);
+  for (std::size_t f = 0; f < cut.fibers(); ++f) {
+    for (auto p = cut.offset[f]; p < cut.offset[f + 1]; ++p) {
+      const double way = cut.weft[f] ? 1 : (cut.x[p].x() - cut.x_min) / pitch;
+      SCOPED_TRACE(way);
+      if (way < 0.3) {
+        EXPECT_LT((fitted.x[p] - steady.x[p]).norm(), 0.02 * d);
+        EXPECT_NEAR(fitted.tension[p] / steady.tension[p], 1, 0.02);
+      } else if (way > 0.8) {
+        EXPECT_EQ(fitted.x[p], cut.x[p]);
+        EXPECT_EQ(fitted.tension[p], cut.tension[p]);
+      }
+    }
+  }
+  // The start tells how far apart the faces were, and lies as before where they are.
+  const relax::WovenStart start = relax::cell_from_woven(w.c, w.cloth, {});
+  EXPECT_NEAR(start.mismatch.largest, 1.5, 0.1);  // fibers begin up to 0.06 pitches before the face
+  w.cloth.beyond = {};
+  EXPECT_EQ(relax::fit_faces(w.cloth).x, cut.x);
 }
 
 TEST(relax_woven, strain_is_that_of_the_bar_under_its_tension) {

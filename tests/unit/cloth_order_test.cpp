@@ -28,6 +28,15 @@ weave::Snapshot cell_of(const std::vector<std::pair<double, double>>& places) {
   return s;
 }
 
+TEST(cloth_order, columns_of_a_loom_from_the_fell_backwards) {
+  const weave::Snapshot loom = cell_of({{-0.75, 0.2}, {-0.71, 0.1}, {-0.25, 0.2}, {-0.27, 0.1}, {-0.01, 0.2}, {0.01, 0.1}, {0.5, 0.2}});
+  const std::vector<double> distances = weave::column_distances_behind_fell(loom, 0, 2);
+  ASSERT_EQ(distances.size(), 3u);
+  EXPECT_NEAR(distances[0], 0.5, 1e-12);
+  EXPECT_NEAR(distances[1], 0.26, 1e-12);
+  EXPECT_NEAR(distances[2], 0.47, 1e-12);
+}
+
 TEST(cloth_order, columns_and_layers_as_they_were_inserted) {
   const weave::ClothOrder order = weave::cloth_order(cell_of({{-0.75, 0.2}, {-0.72, 0.1}, {-0.25, 0.2}, {-0.26, 0.1}}), 2);
   EXPECT_NEAR(order.column_spread, 0.03, 1e-12);

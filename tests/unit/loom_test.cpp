@@ -101,6 +101,28 @@ TEST(CutCell, WarpIsCutWhereItFirstCrossesTheFaces) {
   EXPECT_NEAR(cell.arc[cell.offset[2] - 1], 1.6 * mm, 1e-12);
 }
 
+TEST(CutCell, WarpsGoOnBeyondIt) {
+  const Case c = parse_case(scenes::small_case_text(), "small.toml");
+  const Snapshot cell = cut_cell(c, loom_with_steep_legs(-0.42), 2);
+  const Continuation& beyond = cell.beyond;
+  EXPECT_NEAR(beyond.length, 0.8 * mm, 1e-12);
+  ASSERT_EQ(beyond.offset.size(), cell.fibers() + 1);
+  for (std::size_t f = 0; f < cell.fibers(); ++f) {
+    const auto begin = beyond.offset[f], end = beyond.offset[f + 1];
+    if (cell.weft[f]) {
+      EXPECT_EQ(begin, end);
+      continue;
+    }
+    EXPECT_NEAR((beyond.x[begin] - cell.x[cell.offset[f + 1] - 1]).norm(), 0, 1e-12);
+    EXPECT_EQ(beyond.arc[begin], 0);
+    EXPECT_NEAR(beyond.x[end - 1].x(), cell.x_max + beyond.length, 1e-12);
+    for (auto p = begin; p + 1 < end; ++p) EXPECT_NEAR(beyond.arc[p + 1] - beyond.arc[p], (beyond.x[p + 1] - beyond.x[p]).norm(), 1e-12);
+  }
+  const Snapshot axes = on_axis(cell);
+  EXPECT_EQ(axes.beyond.x[axes.beyond.offset[0]], beyond.x[beyond.offset[0]]);
+  EXPECT_GT(axes.beyond.x.size(), beyond.x.size());
+}
+
 TEST(CutCell, BeginsAtTheHeldEndsAtTheEarliest) {
   const Case c = parse_case(scenes::small_case_text(), "small.toml");
   Snapshot loom = loom_with_steep_legs(-0.42);

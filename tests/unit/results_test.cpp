@@ -45,6 +45,11 @@ void expect_equal(const Snapshot& a, const Snapshot& b) {
   EXPECT_EQ(a.x, b.x);
   EXPECT_EQ(a.tension, b.tension);
   EXPECT_EQ(a.arc, b.arc);
+  EXPECT_EQ(a.beyond.length, b.beyond.length);
+  EXPECT_EQ(a.beyond.offset, b.beyond.offset);
+  EXPECT_EQ(a.beyond.x, b.beyond.x);
+  EXPECT_EQ(a.beyond.tension, b.beyond.tension);
+  EXPECT_EQ(a.beyond.arc, b.beyond.arc);
 }
 
 TEST_F(ResultsTest, SnapshotAndHistorySurviveARoundTrip) {
@@ -54,6 +59,8 @@ TEST_F(ResultsTest, SnapshotAndHistorySurviveARoundTrip) {
   ASSERT_GT(written.snapshot.x.size(), 32768U);
   written.snapshot.tension[5] = std::numeric_limits<double>::denorm_min();
   written.snapshot.along_axis = true;
+  written.snapshot.beyond = {0.5e-3, std::vector<std::int64_t>(written.snapshot.fibers() + 1, 2), {{1, 2, 3}, {4, 5, 6}}, {7, 8}, {0, 9}};
+  written.snapshot.beyond.offset.front() = 0;
   written.history = make_synthetic_history(3);
   written.case_toml = "name = \"synthetic\"\n";
   written.version = "0.1.0 (µ)";

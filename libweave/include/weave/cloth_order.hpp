@@ -21,4 +21,8 @@ struct ClothOrder {
 /// make whole columns.
 ClothOrder cloth_order(const Snapshot& cell, int layers, InsertionOrder insertion = InsertionOrder::top_first);
 
+/// Distances along x of successive weft columns on a loom, from the fell backwards [m]. They settle as more wefts are beaten up behind
+/// them: a unit cell should be taken where they have come to the taking-up. warps: yarns before the wefts.
+std::vector<double> column_distances_behind_fell(const Snapshot& loom, int warps, int layers);
+
 }  // namespace weave

@@ -7,6 +7,17 @@
 
 namespace weave {
 
+/// How the warps of a unit cell go on beyond it: poly-lines like a snapshot's.
+struct Continuation {
+  double length = 0;                 ///< along x [m]
+  std::vector<std::int64_t> offset;  ///< per fiber of the cell, wefts having no nodes here; size n_fibers + 1, or 0 where nothing is known
+  std::vector<Vec3> x;               ///< [m]
+  std::vector<double> tension;       ///< mean of the adjacent bars [N]
+  std::vector<double> arc;           ///< rest length from the cell's face [m]
+
+  [[nodiscard]] bool known() const { return !offset.empty(); }
+};
+
 /// Fibers as poly-lines at one time: what pictures, results files and measures are made of.
 struct Snapshot {
   double time = 0;         ///< [s]
@@ -30,6 +41,8 @@ struct Snapshot {
   std::vector<Vec3> x;          ///< [m]
   std::vector<double> tension;  ///< mean of the adjacent bars [N]
   std::vector<double> arc;      ///< rest length from the fiber's first node [m]
+
+  Continuation beyond;  ///< of a cell cut out of the loom: its warps from x_max on, to about the next weft column
 
   [[nodiscard]] std::size_t fibers() const { return yarn.size(); }
   [[nodiscard]] double stress(std::size_t fiber_index, std::size_t node) const { return tension[node] / area[fiber_index]; }

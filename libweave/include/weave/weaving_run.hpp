@@ -50,14 +50,15 @@ struct WeaveSummary {
   double contact_steps = 0;               ///< sum of those contacts over the steps
   int picks = 0;
   // Of the largest loads of the last unit cell's beat-ups, or of all where there are fewer. The first column is beaten against held ends.
-  double reed_load_max = 0, reed_load_mean = 0;  ///< [N]
-  double warp_tension_mean = 0;                  ///< [N]
-  CellMeasures cell;                             ///< of the last unit cell
-  std::vector<double> void_shares;               ///< by section of the last unit cell
-  StressByPlace warp_stress;                     ///< of the last unit cell
-  ClothOrder order;                              ///< of the last unit cell
-  std::vector<double> warp_stress_behind_fell;   ///< by cell lengths of the cloth that is on the loom at the end [Pa]
-  std::vector<Steadiness> steadiness;            ///< of successive cells, each when its last pick was done
+  double reed_load_max = 0, reed_load_mean = 0;      ///< [N]
+  double warp_tension_mean = 0;                      ///< [N]
+  CellMeasures cell;                                 ///< of the last unit cell
+  std::vector<double> void_shares;                   ///< by section of the last unit cell
+  StressByPlace warp_stress;                         ///< of the last unit cell
+  ClothOrder order;                                  ///< of the last unit cell
+  std::vector<double> column_distances_behind_fell;  ///< at the end [m]
+  std::vector<double> warp_stress_behind_fell;       ///< by cell lengths of the cloth that is on the loom at the end [Pa]
+  std::vector<Steadiness> steadiness;                ///< of successive cells, each when its last pick was done
   int order_violations = 0;
   std::int64_t searches = 0, late_searches = 0;
   double overlap_max = 0;
