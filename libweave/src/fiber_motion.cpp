@@ -317,7 +317,10 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy, W
       // Force that the holder applies, from the balance of the node: -(all others), the implicit part included.
       Vec3 others = force_[p];
       if (model_.implicit_axial && p < last) others += state_.tension[p] * bar_tangent_[p];
-      if (model_.implicit_axial && p > begin) others -= state_.tension[p - 1] * bar_tangent_[p - 1];
+      if (model_.implicit_axial && (p > begin || closed)) {
+        const std::uint32_t behind = p > begin ? p - 1 : last - 1;
+        others -= state_.tension[behind] * bar_tangent_[behind];
+      }
       const double taken_up = (m * w[p - begin] - kick * others).dot(middle);
       sums.flows.take_up += taken_up;
       if (with_energy) sums.stored.flows.take_up += 0.5 * taken_up;

@@ -63,7 +63,7 @@ FiberSpec spec_of(const Model& m, const State& s, std::uint32_t f) {
   const std::uint32_t begin = m.first[f], own = m.own_nodes(f);
   spec.x.assign(s.x.begin() + begin, s.x.begin() + begin + own);
   spec.rest_length.assign(m.rest_length.begin() + begin, m.rest_length.begin() + begin + (spec.periodic ? own : own - 1));
-  spec.hold_all = spec.role == Role::reed;
+  spec.hold_all = spec.role == Role::reed || (spec.role == Role::weft && m.inverse_mass[begin] == 0);
   spec.hold_first = spec.role == Role::warp;
   return spec;
 }
@@ -445,13 +445,14 @@ std::size_t supply_warp(const Case& c, const LoomLayout& layout, Model& m, State
   return added;
 }
 
-void cut_cloth(double plane, int first_kept_weft, Model& m, State& s) {
+void cut_cloth(double plane, int first_kept_weft, int held_wefts, Model& m, State& s) {
   const Rebuild whole = take_apart(m, s);
   Rebuild r;
   for (std::uint32_t f = 0; f < m.fibers(); ++f) {
     FiberSpec fiber = whole.fibers[f];
     std::vector<std::uint32_t> old = whole.old_node[f];
     if (fiber.role == Role::weft && fiber.yarn < first_kept_weft) continue;
+    if (fiber.role == Role::weft && fiber.yarn < first_kept_weft + held_wefts) fiber.hold_all = true;
     if (fiber.role == Role::warp) {
       std::size_t first = fiber.x.size() - 2;
       while (first > 0 && fiber.x[first - 1].x() >= plane) --first;

@@ -396,7 +396,7 @@ class WeavingRun {
     while (cells_done - loom_.cells_cut > case_.kept_cells) {
       const int first = static_cast<int>(loom_.cells_cut) * case_.picks_per_cell();
       cut_cloth(cell_end(case_, layout_, model, state, first), static_cast<int>(layout_.warps.size()) + first + case_.picks_per_cell(),
-                model, state);
+                case_.layers, model, state);
       ++loom_.cells_cut;
     }
     supply_warp(case_, layout_, model, state);
@@ -410,6 +410,12 @@ class WeavingRun {
     engine_->set_times(stages);
     size_drive();
     loom_.nodes_max = std::max<std::int64_t>(loom_.nodes_max, static_cast<std::int64_t>(engine_->model().nodes()));
+  }
+
+  /// Of the unit cell that is cut out when the picks of cell number `cell` are done. Behind the fell the warps are no longer spread by the
+  /// shed; the first cells have nothing behind them.
+  [[nodiscard]] int first_pick(std::int64_t cell) const {
+    return std::max(0, static_cast<int>(cell) * case_.picks_per_cell() - case_.columns_behind_fell * case_.layers);
   }
 
   void end_pick() {
@@ -428,9 +434,7 @@ class WeavingRun {
     }
     if (loom_.pick % case_.picks_per_cell() == 0) {
       const std::int64_t cell = loom_.pick / case_.picks_per_cell() - 1;
-      // Behind the fell the warps are no longer spread by the shed; the first cell has nothing behind it.
-      const int first_pick = std::max(0, static_cast<int>(cell) * case_.picks_per_cell() - case_.columns_behind_fell * case_.layers);
-      Snapshot snap = cut_cell(case_, loom, first_pick);
+      Snapshot snap = cut_cell(case_, loom, first_pick(cell));
       if (!options_.output.empty()) write_results(cell_file(options_.output, cell), {snap, {}, to_toml(case_), version()});
       cells_.push_back(std::move(snap));
     }
@@ -495,7 +499,10 @@ class WeavingRun {
       s.reed_load_mean = std::accumulate(loads.end() - last, loads.end(), 0.0) / static_cast<double>(last);
     }
     s.warp_tension_mean = loom_.tension_count > 0 ? loom_.tension_sum / loom_.tension_count : 0;
-    for (std::size_t k = 2; k < cells_.size(); ++k) s.steadiness.push_back(steadiness(cells_[k - 1], cells_[k]));
+    for (std::size_t k = 2; k < cells_.size(); ++k) {
+      const auto cell = static_cast<std::int64_t>(k);
+      if (first_pick(cell) - first_pick(cell - 1) == case_.picks_per_cell()) s.steadiness.push_back(steadiness(cells_[k - 1], cells_[k]));
+    }
     s.order_violations = static_cast<int>(loom_.order_violations);
     s.searches = state.searches;
     s.late_searches = state.late_searches;

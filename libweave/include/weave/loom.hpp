@@ -69,8 +69,9 @@ void insert_weft(const Case& c, const LoomLayout& layout, int pick, Model& model
 /// if one was used up.
 std::size_t supply_warp(const Case& c, const LoomLayout& layout, Model& model, State& state);
 
-/// Cuts the cloth at x = plane: warp nodes before it and the wefts numbered below `first_kept_weft` go, the cut ends become held ends.
-void cut_cloth(double plane, int first_kept_weft, Model& model, State& state);
+/// Cuts the cloth at x = plane: warp nodes before it and the wefts numbered below `first_kept_weft` go, the cut ends become held ends. The
+/// first `held_wefts` kept wefts are held with them, in the place of the cloth behind: blows would drive them out of the cut.
+void cut_cloth(double plane, int first_kept_weft, int held_wefts, Model& model, State& state);
 
 /// Mean position of the fibers of a weft [m].
 std::optional<Vec3> weft_center(const Model& model, const State& state, int yarn);
