@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "relax/minimize.hpp"
+
 namespace heddle {
 
 struct RelaxOptions {
@@ -21,11 +23,12 @@ struct RelaxOptions {
   std::optional<double> load_x, load_y;  ///< that pull the cell along x, along y, whose length is free then [N]; none: given lengths
   double element_length = 0;             ///< [fiber diameters]; 0: as the case has it, of more than 19 fibers a yarn as long as of 19
   std::string method = "auto";           ///< dynamic: the first-order phase alone; newton: Newton's method alone
-  double tolerance = 1e-8;               ///< at which to stop: gradient over the reference tension, Newton step in fiber diameters
-  int iterations = 1000;                 ///< of Newton's method, at most
-  int first_order = 20000;               ///< steps of its first-order phases, at most
-  int threads = 0;                       ///< 0: all
-  bool resume = false;                   ///< go on from the checkpoint in the results folder; keep what is finished of a series
+  /// At which to stop: gradient over the reference tension, Newton step in fiber diameters.
+  double tolerance = relax::certificate_tolerance;
+  int iterations = relax::MinimizeOptions{}.iterations_max;    ///< of Newton's method, at most
+  int first_order = relax::MinimizeOptions{}.first_order_max;  ///< steps of its first-order phases, at most
+  int threads = 0;                                             ///< 0: all
+  bool resume = false;  ///< go on from the checkpoint in the results folder; keep what is finished of a series
   bool quiet = false;
 };
 
