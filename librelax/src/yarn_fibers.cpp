@@ -267,14 +267,10 @@ PeriodicYarns periodic_yarns(const weave::Snapshot& cell) {
   }
 
   // As the cloth leads down to the breast beam, a woven cell leans: it is sheared upright, warps and wefts alike.
-  const auto as_cut = [&](std::size_t y, std::size_t f) {
-    return mismatch_across_faces(cell, in_cell[y][f], in_cell[y][result.yarns[y].next[f]]);
-  };
-  Vec3 lean = Vec3::Zero();
-  std::size_t warp_fibers = 0;
+  std::vector<std::size_t> next(cell.fibers());
   for (std::size_t y = 0; y < result.yarns.size(); ++y)
-    for (std::size_t f = 0; !result.yarns[y].weft && f < result.yarns[y].size(); ++f, ++warp_fibers) lean += as_cut(y, f);
-  if (warp_fibers > 0) lean /= static_cast<double>(warp_fibers);
+    for (std::size_t f = 0; f < result.yarns[y].size(); ++f) next[in_cell[y][f]] = in_cell[y][result.yarns[y].next[f]];
+  const Vec3 lean = lean_of(cell, next);
   const YarnFibers* worst_yarn = nullptr;
   std::size_t worst_fiber = 0;
   for (std::size_t y = 0; y < result.yarns.size(); ++y) {
@@ -282,7 +278,9 @@ PeriodicYarns periodic_yarns(const weave::Snapshot& cell) {
     for (std::vector<Vec3>& x : yarn.points)
       for (Vec3& p : x) p -= (p.x() - cell.x_min) / (cell.x_max - cell.x_min) * lean;
     for (std::size_t f = 0; f < yarn.size(); ++f) {
-      const double mismatch = (as_cut(y, f) - (yarn.weft ? Vec3::Zero() : lean)).norm() / (2 * yarn.radius[f]);
+      const std::size_t number = in_cell[y][f];
+      const Vec3 across = mismatch_across_faces(cell, number, next[number]) - (yarn.weft ? Vec3::Zero() : lean);
+      const double mismatch = across.norm() / (2 * yarn.radius[f]);
       if (mismatch <= result.mismatch) continue;
       result.mismatch = mismatch;
       worst_yarn = &yarn;

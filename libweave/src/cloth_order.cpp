@@ -10,6 +10,7 @@ namespace {
 
 /// Means over a weft's fibers.
 struct WeftPlace {
+  int yarn = 0;
   double x = 0, z = 0, nodes = 0;
 };
 
@@ -25,7 +26,7 @@ std::vector<WeftPlace> weft_places(const Snapshot& s) {
     }
   }
   std::vector<WeftPlace> places;
-  for (const auto& [yarn, sum] : wefts) places.push_back({sum.x / sum.nodes, sum.z / sum.nodes, sum.nodes});
+  for (const auto& [yarn, sum] : wefts) places.push_back({yarn, sum.x / sum.nodes, sum.z / sum.nodes, sum.nodes});
   return places;
 }
 
@@ -82,11 +83,11 @@ ClothOrder cloth_order(const Snapshot& s, int layers, InsertionOrder insertion) 
 }
 
 std::vector<double> column_distances_behind_fell(const Snapshot& loom, int warps, int layers) {
-  std::map<int, std::pair<double, int>> columns;  // sum and count of x
-  for (std::size_t f = 0; f < loom.fibers(); ++f) {
-    if (!loom.weft[f]) continue;
-    auto& [sum, count] = columns[(loom.yarn[f] - warps) / layers];
-    for (auto p = loom.offset[f]; p + 1 < loom.offset[f + 1]; ++p, ++count) sum += loom.x[p].x();
+  std::map<int, std::pair<double, int>> columns;  // sum of the wefts' x, and how many
+  for (const WeftPlace& weft : weft_places(loom)) {
+    auto& [sum, count] = columns[(weft.yarn - warps) / layers];
+    sum += weft.x;
+    ++count;
   }
   std::vector<double> distances;
   double nearer = 0;

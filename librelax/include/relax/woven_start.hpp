@@ -26,10 +26,10 @@ struct WovenStart {
   FaceMismatch mismatch;
 };
 
-/// A unit cell out of a woven one (weave::snapshot_of_cell): each warp fiber goes on in the fiber of its yarn that starts nearest to where
-/// it ends, the sum of squared distances over the yarn being least; the mean of what is left is taken out as a shear of
-/// the whole cell, which leans as the cloth leads down to the breast beam. Where it is known how the warps go on beyond the last face, they
-/// lie so behind the first, where they cross the same wefts a period before; else the rest of the mismatch is spread along each fiber. The middles of spans are
+/// A unit cell out of a woven one (weave::cut_cell): each warp fiber goes on in the fiber of its yarn that starts nearest to where it ends,
+/// the sum of squared distances over the yarn being least; the mean of what is left is taken out as a shear of the whole cell, which leans
+/// as the cloth leads down to the breast beam. Where it is known how the warps go on beyond the last face, they lie so behind the first,
+/// where they cross the same wefts a period before; else the rest of the mismatch is spread along each fiber. The middles of spans are
 /// evenly spread along the woven rest lengths, on the woven axes. A fiber's path changes its length as it is closed, upright and has other
 /// nodes, by more than it is stretched: so each bar keeps its woven tension, not its rest length. Throws std::invalid_argument if the
 /// snapshot is of no unit cell of the case.
