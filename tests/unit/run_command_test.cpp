@@ -31,6 +31,7 @@ TEST_F(RunCommand, WritesEveryFormatAndTheTimeOfEachStage) {
   options.output = folder / "out";
   options.overrides = {"yarns.glass.fibers=1", "fabric.cells=3", "numerics.element_length=1.5"};
   options.until = "mesh";
+  options.minima = true;
   options.elements = 200;
   options.unconverged = true;  // loose fibers have no strict minimum
   options.quiet = true;
@@ -44,18 +45,32 @@ TEST_F(RunCommand, WritesEveryFormatAndTheTimeOfEachStage) {
   const std::string first = read("summary.json");
   const nlohmann::json summary = nlohmann::json::parse(first);
   double sum = 0;
-  for (const char* stage : {"weave", "relax", "envelope", "mesh"}) {
+  for (const char* stage : {"weave", "relax", "minima", "envelope", "mesh"}) {
     EXPECT_GT(summary.at("stage_wall_s").at(stage), 0) << stage;
     sum += summary.at("stage_wall_s").at(stage).get<double>();
   }
-  EXPECT_EQ(summary.at("stage_wall_s").size(), 4U);
+  EXPECT_EQ(summary.at("stage_wall_s").size(), 5U);
   EXPECT_DOUBLE_EQ(summary.at("wall_s"), sum);
   for (const char* title :
-       {"<h3>Wall time</h3>", "<h2>Mesh</h2>", "Sections by yarn", "curve_convergence", "sections_warps", "sections_wefts"})
+       {"<h3>Wall time</h3>", "<h2>Mesh</h2>", "<h3>Minima, and the woven cell</h3>", "<th>from_topology</th>",
+        "<h3>By how much they differ</h3>", "Sections by yarn", "curve_convergence", "sections_warps", "sections_wefts"})
     EXPECT_THAT(read("report.html"), HasSubstr(title));
+
+  const nlohmann::json minima = nlohmann::json::parse(read("minima/summary.json"));
+  EXPECT_EQ(minima.at("states").size(), 3U);  // from the loom, from topology, woven
+  EXPECT_EQ(minima.at("pairs").size(), 3U);
 
   ASSERT_EQ(heddle::run_command(options), 0);  // nothing has changed: all stages are kept, with their times
   EXPECT_EQ(read("summary.json"), first);
+}
+
+TEST_F(RunCommand, MinimaNeedARelaxedCell) {
+  weave::write_text_file(folder / "case.toml", scenes::small_case_text());
+  heddle::PipelineOptions options;
+  options.case_file = folder / "case.toml";
+  options.until = "weave";
+  options.minima = true;
+  EXPECT_THAT([&] { heddle::run_command(options); }, ::testing::ThrowsMessage<std::invalid_argument>(HasSubstr("--minima")));
 }
 
 }  // namespace

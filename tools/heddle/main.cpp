@@ -211,6 +211,8 @@ int main(int argc, char** argv) {
   run_app->add_flag("--tetrahedra", pipeline.tetrahedra, "a mesh that conforms to the yarns' surfaces, in place of voxels")
       ->excludes(pipeline_elements);
   run_app->add_option("--fiber", pipeline.fiber, "e_glass, s2_glass, aramid or carbon (default: the case's material, else e_glass)");
+  run_app->add_flag("--minima", pipeline.minima,
+                    "also relax the start from the weaving matrix alone, and compare both with the woven cell");
   run_app->add_flag("--unconverged", pipeline.unconverged, "go on with a relaxed cell that is no certified minimum");
   run_app->add_flag("-q,--quiet", pipeline.quiet, "no progress");
 

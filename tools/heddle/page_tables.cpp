@@ -5,6 +5,8 @@
 #include <array>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <string>
+#include <vector>
 
 namespace heddle {
 namespace {
@@ -56,6 +58,54 @@ PageTable section_table(const ordered_json& summary) {
                           spread_text(s.at("fiber_volume_fraction"), 1), spread_text(s.at("rotation_rad"), 180 / std::numbers::pi)});
   }
   return table;
+}
+
+std::vector<PageTable> minima_tables(const ordered_json& summary) {
+  struct Row {
+    const char *label, *pointer;  ///< JSON pointer into a state or a pair
+    double factor;                ///< of the base unit in the label's
+  };
+  const auto cell = [](const ordered_json& of, const Row& row) -> std::string {
+    const ordered_json::json_pointer place(row.pointer);
+    const ordered_json value = of.contains(place) ? of.at(place) : ordered_json();
+    if (value.is_number()) return fmt::format("{:.5g}", row.factor * value.get<double>());
+    if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
+    return value.is_string() ? value.get<std::string>() : "";
+  };
+  constexpr std::array<Row, 13> state_rows = {{{"energy [J]", "/energy_J/sum", 1},
+                                               {"of bars [J]", "/energy_J/bars", 1},
+                                               {"of bending [J]", "/energy_J/bending", 1},
+                                               {"of contact [J]", "/energy_J/contact", 1},
+                                               {"work of tensions [J]", "/energy_J/tension", 1},
+                                               {"error of the energy [J]", "/energy_error_J", 1},
+                                               {"certified minimum", "/certificate/converged", 1},
+                                               {"gradient [reference tension]", "/certificate/gradient_max", 1},
+                                               {"thickness [mm]", "/thickness_m", 1e3},
+                                               {"of the mean envelopes [mm]", "/thickness_mean_m", 1e3},
+                                               {"fiber volume fraction", "/fiber_volume_fraction", 1},
+                                               {"crimp of warps [%]", "/crimp_warp", 100},
+                                               {"crimp of wefts [%]", "/crimp_weft", 100}}};
+  constexpr std::array<Row, 8> pair_rows = {{{"yarn paths apart, mean [fiber diameters]", "/path_diameters/mean", 1},
+                                             {"largest", "/path_diameters/largest", 1},
+                                             {"yarn widths apart, mean [fiber diameters]", "/width_diameters/mean", 1},
+                                             {"largest", "/width_diameters/largest", 1},
+                                             {"fibers apart, mean [fiber diameters]", "/fibers_diameters/mean", 1},
+                                             {"largest", "/fibers_diameters/largest", 1},
+                                             {"energies apart [J]", "/energy_difference_J", 1},
+                                             {"verdict", "/verdict", 1}}};
+  PageTable states{"Minima, and the woven cell", {""}, {}}, pairs{"By how much they differ", {""}, {}};
+  for (const ordered_json& s : summary.at("states")) states.columns.push_back(s.at("name"));
+  for (const ordered_json& p : summary.at("pairs"))
+    pairs.columns.push_back(p.at("a").get<std::string>() + ", " + p.at("b").get<std::string>());
+  const auto fill = [&cell](PageTable& table, const auto& rows, const ordered_json& columns) {
+    for (const Row& row : rows) {
+      table.rows.push_back({row.label});
+      for (const ordered_json& column : columns) table.rows.back().push_back(cell(column, row));
+    }
+  };
+  fill(states, state_rows, summary.at("states"));
+  fill(pairs, pair_rows, summary.at("pairs"));
+  return {states, pairs};
 }
 
 PageTable wall_table(const ordered_json& summary) {

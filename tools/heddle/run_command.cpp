@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "heddle/compare_command.hpp"
 #include "heddle/edge_length.hpp"
 #include "heddle/envelope_command.hpp"
 #include "heddle/homogenize_command.hpp"
@@ -31,6 +32,13 @@ using std::filesystem::path;
 
 constexpr std::array<const char*, 5> stage_names = {"weave", "relax", "envelope", "mesh", "homogenize"};
 
+/// A step of the pipeline, with a folder of its own.
+struct Stage {
+  std::string name, title;
+  std::function<int()> run;  ///< returns the exit status
+  path pictures;             ///< folder
+};
+
 /// Content of a JSON file; null where there is none or it is not whole.
 ordered_json read_json(const path& file) {
   std::ifstream in(file);
@@ -45,30 +53,41 @@ class Pipeline {
   [[nodiscard]] path folder_of(const std::string& stage) const { return folder_ / stage; }
 
   /// Runs a stage unless its last run had the same inputs and finished. `work` is told whether an unfinished run had them; it returns the
-  /// exit status. Returns the same.
-  int run(const std::string& stage, ordered_json inputs, const std::function<int(bool unfinished)>& work) {
-    inputs["after"] = inputs_;
-    inputs_ = std::move(inputs);
+  /// exit status. Returns the same. What is run later depends on it.
+  int run(const std::string& stage, const ordered_json& inputs, const std::function<int(bool unfinished)>& work) {
+    const int status = run_beside(stage, inputs, work);
+    inputs_ = with_those_before(inputs);
+    return status;
+  }
+
+  /// The same for a stage that no later one depends on.
+  int run_beside(const std::string& stage, const ordered_json& own_inputs, const std::function<int(bool unfinished)>& work) {
+    const ordered_json inputs = with_those_before(own_inputs);
     const path file = folder_of(stage) / "stage.json";
     const ordered_json before = read_json(file);
-    const bool same = before.is_object() && before.value("inputs", ordered_json()) == inputs_;
+    const bool same = before.is_object() && before.value("inputs", ordered_json()) == inputs;
     if (same && before.value("finished", false)) {
       fmt::print("{}: unchanged, kept\n", stage);
       return before.value("status", 0);
     }
     std::filesystem::create_directories(folder_of(stage));
-    weave::write_text_file(file, ordered_json{{"inputs", inputs_}, {"finished", false}}.dump(2) + "\n");
+    weave::write_text_file(file, ordered_json{{"inputs", inputs}, {"finished", false}}.dump(2) + "\n");
     const auto start = std::chrono::steady_clock::now();
     const int status = work(same);
     const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     const bool has_results = std::filesystem::exists(folder_of(stage) / "summary.json");
     if (has_results && status < 2)
       weave::write_text_file(file,
-                             ordered_json{{"inputs", inputs_}, {"finished", true}, {"status", status}, {"wall_s", wall}}.dump(2) + "\n");
+                             ordered_json{{"inputs", inputs}, {"finished", true}, {"status", status}, {"wall_s", wall}}.dump(2) + "\n");
     return status;
   }
 
  private:
+  [[nodiscard]] ordered_json with_those_before(ordered_json inputs) const {
+    inputs["after"] = inputs_;
+    return inputs;
+  }
+
   path folder_;
   ordered_json inputs_;  ///< of the last stage, with those of the stages before it
 };
@@ -113,6 +132,7 @@ std::vector<std::string> keys_of(const std::string& stage) {
             "crimp_weft",      "cell_length_m", "cell_width_m",    "borne_load_x_N",   "borne_load_y_N",        "order_violations",
             "overlap_max",     "iterations",    "wall_s"};
   }
+  if (stage == "minima") return {"closest_to_woven"};
   if (stage == "envelope") {
     return {"yarns",
             "triangles",
@@ -144,6 +164,7 @@ std::vector<std::string> keys_of(const std::string& stage) {
 
 /// What a stage's figures look like side by side.
 std::vector<PageTable> tables_of(const std::string& stage, const ordered_json& summary) {
+  if (stage == "minima") return minima_tables(summary);
   if (stage == "envelope") return {section_table(summary)};
   if (stage == "homogenize") return {stiffness_table(summary)};
   return {};
@@ -174,6 +195,8 @@ int run_command(const PipelineOptions& options) {
   const auto last = std::find(stage_names.begin(), stage_names.end(), options.until);
   if (last == stage_names.end())
     throw std::invalid_argument("--until " + options.until + ": must be weave, relax, envelope, mesh or homogenize");
+  if (options.minima && last == stage_names.begin())
+    throw std::invalid_argument("--minima: needs a relaxed cell, so --until relax at least");
   HomogenizeCommandOptions homogenize_options;
   homogenize_options.fiber = options.fiber;
   homogenize_options.elements = options.elements;
@@ -183,8 +206,8 @@ int run_command(const PipelineOptions& options) {
     constituents_of(homogenize_options, c);  // what it can not take is said before the weaving
   const path output = options.output.empty() ? path("results") / c.name : options.output;
   Pipeline pipeline(output);
-  const path woven = pipeline.folder_of("weave"), relaxed = pipeline.folder_of("relax"), envelope = pipeline.folder_of("envelope"),
-             meshed = pipeline.folder_of("mesh"), homogenized = pipeline.folder_of("homogenize");
+  const path woven = pipeline.folder_of("weave"), relaxed = pipeline.folder_of("relax"), minima = pipeline.folder_of("minima"),
+             envelope = pipeline.folder_of("envelope"), meshed = pipeline.folder_of("mesh"), homogenized = pipeline.folder_of("homogenize");
 
   const auto weave_stage = [&] {
     return pipeline.run("weave", {{"version", weave::version()}, {"case", weave::to_toml(c)}}, [&](bool unfinished) {
@@ -199,32 +222,42 @@ int run_command(const PipelineOptions& options) {
       return status == 0 ? 0 : std::max(status, 2);
     });
   };
+  // From a woven cell or a case into a folder; goes on from the checkpoint of an unfinished run.
+  const auto relax_into = [&](const path& folder, const path& start, const std::vector<std::string>& overrides, bool unfinished) {
+    RelaxOptions o;
+    o.input = start;
+    o.overrides = overrides;
+    o.output = folder;
+    o.fibers = options.fibers;
+    o.pressure = options.pressure;
+    o.load_x = options.load_x;
+    o.load_y = options.load_y;
+    if (!unfinished) std::filesystem::remove(folder / "checkpoint.h5");  // of other inputs
+    o.resume = std::filesystem::exists(folder / "checkpoint.h5");
+    o.quiet = options.quiet;
+    const int result = relax_command(o);
+    if (result < 2) draw(folder);
+    return result;
+  };
   const auto relax_stage = [&] {
     ordered_json inputs = {{"fibers", options.fibers}};
     if (options.pressure > 0) inputs["pressure"] = options.pressure;
     if (options.load_x) inputs["load_x"] = *options.load_x;
     if (options.load_y) inputs["load_y"] = *options.load_y;
-    const int status = pipeline.run("relax", inputs, [&](bool unfinished) {
-      RelaxOptions o;
-      o.input = woven;
-      o.output = relaxed;
-      o.fibers = options.fibers;
-      o.pressure = options.pressure;
-      o.load_x = options.load_x;
-      o.load_y = options.load_y;
-      if (!unfinished) std::filesystem::remove(relaxed / "checkpoint.h5");  // of other inputs
-      o.resume = std::filesystem::exists(relaxed / "checkpoint.h5");
-      o.quiet = options.quiet;
-      const int result = relax_command(o);
-      if (result < 2) draw(relaxed);
-      return result;
-    });
+    const int status = pipeline.run("relax", inputs, [&](bool unfinished) { return relax_into(relaxed, woven, {}, unfinished); });
     if (status != 1) return status;
     const ordered_json summary = read_json(relaxed / "summary.json");
     fmt::print(stderr, "{}the relaxed cell is no certified minimum: {}; {}\n",
                options.unconverged ? "" : "relax failed: ", summary.value("blocked_by", ""),
                options.unconverged ? "going on with it" : "--unconverged goes on with it");
     return options.unconverged ? 0 : 1;
+  };
+  const auto minima_stage = [&] {
+    return pipeline.run_beside("minima", ordered_json::object(), [&](bool unfinished) {
+      const path from_topology = minima / "from_topology";
+      const int result = relax_into(from_topology, options.case_file, options.overrides, unfinished);
+      return result < 2 ? compare_command({{relaxed, from_topology}, woven, minima}) : result;  // it tells what is no certified minimum
+    });
   };
   const auto envelope_stage = [&] {
     ordered_json inputs = ordered_json::object();
@@ -259,8 +292,13 @@ int run_command(const PipelineOptions& options) {
       return homogenize_command(o);
     });
   };
-  const std::array<std::function<int()>, 5> stages = {weave_stage, relax_stage, envelope_stage, mesh_stage, homogenize_stage};
-  constexpr std::array<const char*, 5> titles = {"Weaving", "Relaxation", "Yarn envelopes", "Mesh", "Stiffness of the composite"};
+  std::vector<Stage> stages = {{"weave", "Weaving", weave_stage, woven / "pictures"},
+                               {"relax", "Relaxation", relax_stage, relaxed / "pictures"},
+                               {"envelope", "Yarn envelopes", envelope_stage, envelope},
+                               {"mesh", "Mesh", mesh_stage, meshed / "pictures"},
+                               {"homogenize", "Stiffness of the composite", homogenize_stage, homogenized / "pictures"}};
+  stages.resize(static_cast<std::size_t>(last - stage_names.begin()) + 1);
+  if (options.minima) stages.insert(stages.begin() + 2, {"minima", "Minima", minima_stage, minima});
 
   PageContent page;
   page.title = c.name;
@@ -269,21 +307,22 @@ int run_command(const PipelineOptions& options) {
   ordered_json walls = ordered_json::object();
   double wall = 0;
   int status = 0;
-  for (std::size_t i = 0; i <= static_cast<std::size_t>(last - stage_names.begin()) && status == 0; ++i) {
+  for (const Stage& stage : stages) {
     try {
-      status = stages[i]();
+      status = stage.run();
     } catch (const std::exception& e) {
-      fmt::print(stderr, "{} failed: {}\n", stage_names[i], e.what());
+      fmt::print(stderr, "{} failed: {}\n", stage.name, e.what());
       status = 2;
     }
-    const path folder = pipeline.folder_of(stage_names[i]);
+    const path folder = pipeline.folder_of(stage.name);
     if (status >= 2 || !std::filesystem::exists(folder / "summary.json")) break;
-    std::vector<path> pictures = pictures_in(stage_names[i] == std::string("envelope") ? folder : folder / "pictures");
-    page.stages.push_back({titles[i], folder / "summary.json", keys_of(stage_names[i]), std::move(pictures),
-                           tables_of(stage_names[i], read_json(folder / "summary.json"))});
-    if (stage_names[i] == std::string("envelope") && status == 0) page.yarns = yarns_of(envelope);
-    walls[stage_names[i]] = read_json(folder / "stage.json").value("wall_s", 0.0);
-    wall += walls[stage_names[i]].get<double>();
+    const ordered_json summary = read_json(folder / "summary.json");
+    page.stages.push_back(
+        {stage.title, folder / "summary.json", keys_of(stage.name), pictures_in(stage.pictures), tables_of(stage.name, summary)});
+    if (stage.name == "envelope" && status == 0) page.yarns = yarns_of(envelope);
+    walls[stage.name] = read_json(folder / "stage.json").value("wall_s", 0.0);
+    wall += walls[stage.name].get<double>();
+    if (status != 0) break;
   }
   if (!page.stages.empty()) {
     const ordered_json summary = {{"tool", "run"},    {"case", c.name}, {"version", weave::version()}, {"until", options.until},
