@@ -400,8 +400,8 @@ class Minimization {
     if (list_.late(cell_, before + direction)) find_contacts_anew();
     const double slope = gradient_.dot(direction), energy_before = result_.energy.sum();
     const double gradient_before = gradient_max(gradient_);
-    const double size = result_.energy.bars + result_.energy.contact + std::abs(result_.energy.tension) + std::abs(result_.energy.platens) +
-                        std::abs(result_.energy.loads);
+    const double size = result_.energy.bars + result_.energy.bending + result_.energy.contact + std::abs(result_.energy.tension) +
+                        std::abs(result_.energy.platens) + std::abs(result_.energy.loads);
     double share = 1;
     Eigen::VectorXd gradient;
     for (int i = 0; i < halvings; ++i, share *= 0.5) {
