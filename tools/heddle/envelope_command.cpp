@@ -85,16 +85,19 @@ YarnLines cut_surface(const relax::YarnEnvelope& e, weave::SectionAxis axis, dou
   return lines;
 }
 
-/// Sections through the middle of the cell both ways.
+/// Sections both ways.
 void draw_sections(const weave::ResultsFile& results, const relax::Envelopes& envelopes, const std::filesystem::path& output) {
   const weave::ResultsFile shown{envelopes.fibers, {}, results.case_toml, results.version};
   const weave::Snapshot& s = shown.snapshot;
   for (const weave::SectionAxis axis : {weave::SectionAxis::x, weave::SectionAxis::y}) {
     const bool x = axis == weave::SectionAxis::x;
-    const double value = x ? 0.5 * (s.x_min + s.x_max) : 0.5 * s.cell_width;
-    std::vector<YarnLines> lines;
-    for (const relax::YarnEnvelope& e : envelopes.yarns) lines.push_back(cut_surface(e, axis, value, x ? s.x_max - s.x_min : s.cell_width));
-    draw_section_with_lines(shown, axis, value, lines, output / (x ? "section_x.png" : "section_y.png"));
+    const auto surfaces_at = [&](double value) {
+      std::vector<YarnLines> lines;
+      for (const relax::YarnEnvelope& e : envelopes.yarns)
+        lines.push_back(cut_surface(e, axis, value, x ? s.x_max - s.x_min : s.cell_width));
+      return lines;
+    };
+    draw_section_with_lines(shown, axis, surfaces_at, output / (x ? "section_x.png" : "section_y.png"));
   }
 }
 

@@ -314,6 +314,13 @@ std::vector<double> column_positions(const Scene& scene) {
   return positions;
 }
 
+/// The plane normal to an axis that shows a cell best.
+std::optional<SectionPlane> first_plane(const Scene& scene, SectionAxis axis) {
+  for (SectionPlane& plane : section_planes(scene))
+    if (plane.axis == axis) return std::move(plane);
+  return std::nullopt;
+}
+
 }  // namespace
 
 void draw_section(const Scene& scene, const SectionPlane& plane, const std::filesystem::path& file, const std::vector<YarnLines>* lines) {
@@ -345,10 +352,13 @@ std::vector<SectionPlane> section_planes(const Scene& scene, const std::vector<d
   return planes;
 }
 
-void draw_section_with_lines(const weave::ResultsFile& results, SectionAxis axis, double value, const std::vector<YarnLines>& lines,
-                             const std::filesystem::path& file) {
+void draw_section_with_lines(const weave::ResultsFile& results, SectionAxis axis,
+                             const std::function<std::vector<YarnLines>(double)>& lines, const std::filesystem::path& file) {
   const Scene scene = make_scene(results);
-  draw_section(scene, {axis, value, "with the yarns' surfaces"}, file, &lines);
+  const std::optional<SectionPlane> plane = first_plane(scene, axis);
+  if (!plane) throw std::runtime_error(file.string() + ": there are no yarns to cut");
+  const std::vector<YarnLines> drawn = lines(plane->value);
+  draw_section(scene, {axis, plane->value, plane->meaning + ", with the yarns' surfaces"}, file, &drawn);
 }
 
 void draw_section_panels(const std::vector<CellPanel>& panels, SectionAxis axis, const std::string& title,
@@ -365,9 +375,8 @@ void draw_section_panels(const std::vector<CellPanel>& panels, SectionAxis axis,
     Panel& panel = cuts[i];
     panel.results = weave::read_results(panels[i].results);
     panel.scene.emplace(make_scene(panel.results));
-    const std::vector<SectionPlane> planes = section_planes(*panel.scene);
-    const auto plane = std::find_if(planes.begin(), planes.end(), [&](const SectionPlane& p) { return p.axis == axis; });
-    if (plane == planes.end()) throw std::runtime_error(panels[i].results.string() + ": has no yarns to cut");
+    const std::optional<SectionPlane> plane = first_plane(*panel.scene, axis);
+    if (!plane) throw std::runtime_error(panels[i].results.string() + ": has no yarns to cut");
     panel.meaning = plane->meaning;
     panel.cut = cut_by(*panel.scene, *plane);
     u_length = std::max(u_length, panel.cut.u.length());

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -32,13 +33,14 @@ struct YarnLines {
 void draw_section(const Scene& scene, const SectionPlane& plane, const std::filesystem::path& file,
                   const std::vector<YarnLines>* lines = nullptr);
 
-/// Draws a section normal to x or y at `value` [m] with the fibers' circles and the given lines over them, repeated by the cell's period.
-/// Throws std::runtime_error naming the file if it can not be written.
-void draw_section_with_lines(const weave::ResultsFile& results, weave::SectionAxis axis, double value, const std::vector<YarnLines>& lines,
-                             const std::filesystem::path& file);
+/// Draws a section, through the last weft column if normal to x, along the warps of the first section if normal to y, with the fibers'
+/// circles and lines over them, repeated by the cell's period; `lines` gives them for the plane's place on the axis [m]. Throws
+/// std::runtime_error naming the file if it can not be written.
+void draw_section_with_lines(const weave::ResultsFile& results, weave::SectionAxis axis,
+                             const std::function<std::vector<YarnLines>(double)>& lines, const std::filesystem::path& file);
 
-/// Draws the same section of several cells side by side, all at one scale: through the last weft column if normal to x, along the warps of
-/// the first section if normal to y. Throws std::runtime_error naming the file that can not be read or written.
+/// Draws the same section of several cells side by side, all at one scale and where draw_section_with_lines has it. Throws
+/// std::runtime_error naming the file that can not be read or written.
 void draw_section_panels(const std::vector<CellPanel>& panels, weave::SectionAxis axis, const std::string& title,
                          const std::filesystem::path& file);
 
