@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <limits>
 #include <span>
 #include <stdexcept>
 
@@ -13,10 +12,8 @@
 namespace weave {
 namespace {
 
-/// Rises with every change of what a checkpoint holds or of what it means. 1: contacts on poly-lines; 2: on spans of smooth axes; 3: with
-/// the friction within each type of yarn; 4: with the amplitudes that the time step is bounded by and the last step's tensions, which 3 can
-/// do without; 5: with the contacts' overlaps, which 4 can do without.
-constexpr std::int64_t format = 5, oldest_format = 3;
+/// Rises with every change of what a checkpoint holds or of what it means.
+constexpr std::int64_t format = 5;
 
 void write_vectors(Hdf5File& file, const std::string& path, const std::vector<Vec3>& v) {
   file.write_rows<double>(path, std::span<const double>(v.empty() ? nullptr : v.front().data(), 3 * v.size()), 3);
@@ -86,17 +83,9 @@ ActiveContacts read_active(const Hdf5File& file, const std::string& path) {
   active.number = file.read<std::uint32_t>(path);
   active.of = file.read<std::uint32_t>(path + "_of");
   active.line = read_contacts(file, path + "_line");
-  if (file.has(path + "_touch")) {
-    const std::vector<double> t = file.read<double>(path + "_touch");
-    for (std::size_t i = 0; i < t.size(); i += 5) {
-      active.touch.push_back({t.at(i), t.at(i + 1), t.at(i + 2), static_cast<float>(t.at(i + 3)), static_cast<float>(t.at(i + 4))});
-    }
-  } else {  // up to format 4, without the overlaps: whatever it is, it counts
-    const std::vector<double> t = file.read<double>(path + "_spring");
-    for (std::size_t i = 0; i < t.size(); i += 3) {
-      const float overlap = t.at(i + 2) > 0 ? std::numeric_limits<float>::infinity() : 0;
-      active.touch.push_back({t.at(i), t.at(i + 1), t.at(i + 2), overlap, 0});
-    }
+  const std::vector<double> t = file.read<double>(path + "_touch");
+  for (std::size_t i = 0; i < t.size(); i += 5) {
+    active.touch.push_back({t.at(i), t.at(i + 1), t.at(i + 2), static_cast<float>(t.at(i + 3)), static_cast<float>(t.at(i + 4))});
   }
   return active;
 }
@@ -190,11 +179,11 @@ void write_checkpoint(const std::filesystem::path& path, const Checkpoint& c) {
 Checkpoint read_checkpoint(const std::filesystem::path& path) {
   const Hdf5File file = Hdf5File::open(path);
   const std::int64_t written = file.has("/format") ? file.read<std::int64_t>("/format").front() : 1;
-  if (written < oldest_format || written > format) {
+  if (written != format) {
     throw std::runtime_error(
-        fmt::format("{}: a checkpoint of format {}, but this version of Heddle reads formats {} to {}; go on with the version "
+        fmt::format("{}: a checkpoint of format {}, but this version of Heddle reads format {}; go on with the version "
                     "that wrote it, or weave the case anew",
-                    path.string(), written, oldest_format, format));
+                    path.string(), written, format));
   }
   Checkpoint c;
   c.case_toml = file.read_text("/case");
@@ -225,11 +214,9 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
   s.moved = file.read<double>("/state/moved");
   s.x_pick = read_vectors(file, "/state/x_pick");
   s.travel = file.read<double>("/state/travel");
-  if (written >= 4) {
-    s.frequency2 = file.read<double>("/state/frequency2").front();
-    s.amplitude = file.read<double>("/state/amplitude");
-    s.tension = file.read<double>("/state/tension");
-  }
+  s.frequency2 = file.read<double>("/state/frequency2").front();
+  s.amplitude = file.read<double>("/state/amplitude");
+  s.tension = file.read<double>("/state/tension");
   s.contacts.line = read_contacts(file, "/contacts/line");
   s.contacts.line_of = file.read<std::uint32_t>("/contacts/line_of");
   s.contacts.active = read_active(file, "/contacts/active");
