@@ -228,11 +228,11 @@ RefinementCheck check_refinement(const Cell& coarse, const Eigen::VectorXd& q, c
   return check;
 }
 
-std::string RefinementCheck::blocked_by(double overlap_at_end) const {
+std::string RefinementCheck::blocked_by(double overlap_at_rest) const {
   if (order_violations > 0) return fmt::format("refinement: crossings that are not as they were: {}", order_violations);
   if (std::abs(area_ratio - 1) > area_tolerance)
     return fmt::format("refinement: a yarn's section has {:.4f} times the area of its coarse fibers", area_ratio);
-  if (overlap_before_newton > std::max(overlap_allowed, overlap_margin * overlap_at_end))
+  if (overlap_before_newton > std::max(overlap_allowed, overlap_margin * overlap_at_rest))
     return fmt::format("refinement: fibers overlapped by {:.3f} diameters before Newton's method", overlap_before_newton);
   return "";
 }

@@ -277,8 +277,15 @@ class Relaxation {
   void check_refinement() {
     const auto& history = result_.history;
     const auto newton = std::find_if(history.begin(), history.end(), [](const relax::MinimizeProgress& p) { return !p.first_order; });
-    if (newton != history.end()) refinement_.overlap_before_newton = newton->overlap_max;
-    const std::string broken = refinement_.blocked_by(result_.contacts.overlap_max);
+    double overlap_at_rest = result_.contacts.overlap_max;
+    if (newton != history.end()) {
+      refinement_.overlap_before_newton = newton->overlap_max;
+      // Lengths that are free then were held before: what rested in them may be pressed together deeper than at the end.
+      const bool held_till_then = cell_.load_x || cell_.load_y;
+      if (held_till_then && newton != history.begin() && std::prev(newton)->gradient_max <= minimize_.first_order_tolerance)
+        overlap_at_rest = std::max(overlap_at_rest, newton->overlap_max);
+    }
+    const std::string broken = refinement_.blocked_by(overlap_at_rest);
     if (broken.empty()) return;
     relax::Certificate& c = result_.certificate;
     c.blocked_by += (c.blocked_by.empty() ? "" : "; ") + broken;

@@ -23,8 +23,8 @@ struct RefinementCheck {
   double overlap_before_newton = 0;  ///< deepest one where Newton's method begins [fiber diameters]
 
   /// The bound that it breaks, empty if none: the area is kept within 1 %, all crossings stay as they were, and no fibers overlap by more
-  /// than 0.1 diameters before Newton's method, unless they are pressed together as deep at the end, by `overlap_at_end`.
-  [[nodiscard]] std::string blocked_by(double overlap_at_end) const;
+  /// than 0.1 diameters before Newton's method, unless they are pressed together as deep in a state at rest, by `overlap_at_rest`.
+  [[nodiscard]] std::string blocked_by(double overlap_at_rest) const;
 };
 
 /// Area and order of a refined cell at `q_fine`, as refine() gives it, against its coarse one at `q`.
