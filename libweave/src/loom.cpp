@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <set>
 #include <stdexcept>
@@ -544,26 +543,16 @@ void begin_fiber(const Model& m, std::uint32_t f, Snapshot& snap) {
   snap.area.push_back(m.type_of(f).area);
 }
 
-template <typename Lines>
-void add_node(const Vec3& x, double tension, double arc, Lines& snap) {
-  snap.x.push_back(x);
-  snap.tension.push_back(tension);
-  snap.arc.push_back(arc);
-}
-
-template <typename Lines>
-void end_fiber(Lines& snap) {
-  snap.offset.push_back(static_cast<std::int64_t>(snap.x.size()));
-}
-
 void add_whole_fiber(const Model& m, const Engine& engine, std::uint32_t f, Snapshot& snap) {
   begin_fiber(m, f, snap);
   double arc = 0;
   for (std::uint32_t p = m.first[f]; p <= m.last(f); ++p) {
-    add_node(engine.state().x[p], node_tension(m, engine.tension(), f, p), arc, snap);
+    snap.x.push_back(engine.state().x[p]);
+    snap.tension.push_back(node_tension(m, engine.tension(), f, p));
+    snap.arc.push_back(arc);
     arc += m.rest_length[p];
   }
-  end_fiber(snap);
+  snap.offset.push_back(static_cast<std::int64_t>(snap.x.size()));
 }
 
 }  // namespace
@@ -594,92 +583,6 @@ double cell_end(const Case& c, const LoomLayout& layout, const Model& m, const S
   }
   if (count == 0) throw std::runtime_error(fmt::format("the cell of picks {}... is no longer on the loom", first_pick + 1));
   return x_last / count + 0.5 * c.take_up.length;
-}
-
-namespace {
-
-/// Mean x of a weft column, the last one of the cell that begins with `first_pick` [m].
-double last_column_of_cell(const Case& c, const Snapshot& loom, int first_pick) {
-  const int end = c.warps() + first_pick + c.picks_per_cell(), begin = end - c.layers;
-  double sum = 0, count = 0;
-  for (std::size_t f = 0; f < loom.fibers(); ++f) {
-    if (!loom.weft[f] || loom.yarn[f] < begin || loom.yarn[f] >= end) continue;
-    for (auto p = loom.offset[f]; p + 1 < loom.offset[f + 1]; ++p) {
-      sum += loom.x[p].x();
-      ++count;
-    }
-  }
-  if (count == 0) throw std::runtime_error(fmt::format("the cell of picks {}... is no longer on the loom", first_pick + 1));
-  return sum / count;
-}
-
-/// Farthest x at which a warp's held end lies [m].
-double held_end(const Snapshot& loom) {
-  double x = -std::numeric_limits<double>::infinity();
-  for (std::size_t f = 0; f < loom.fibers(); ++f) {
-    if (!loom.weft[f]) x = std::max(x, loom.x[loom.offset[f]].x());
-  }
-  return x;
-}
-
-void begin_fiber(const Snapshot& loom, std::size_t f, int yarn, Snapshot& snap) {
-  if (snap.offset.empty()) snap.offset.push_back(0);
-  snap.yarn.push_back(yarn);
-  snap.fiber.push_back(loom.fiber[f]);
-  snap.weft.push_back(loom.weft[f]);
-  snap.radius.push_back(loom.radius[f]);
-  snap.area.push_back(loom.area[f]);
-}
-
-/// The part of a warp from where it first comes to x_min to where it then first comes to x_max. A steep leg may lean back over either.
-/// Lines: of a snapshot, or of what lies beyond it.
-template <typename Lines>
-void add_between_faces(const Snapshot& loom, std::size_t f, double x_min, double x_max, Lines& snap) {
-  const auto end = loom.offset[f + 1];
-  auto p = loom.offset[f];
-  const auto crosses = [&](std::int64_t q, double face) { return loom.x[q].x() <= face && loom.x[q + 1].x() > face; };
-  const auto add_within_bar = [&](std::int64_t q, double share, double arc_start) {
-    add_node(loom.x[q] + share * (loom.x[q + 1] - loom.x[q]), loom.tension[q] + share * (loom.tension[q + 1] - loom.tension[q]),
-             loom.arc[q] + share * (loom.arc[q + 1] - loom.arc[q]) - arc_start, snap);
-  };
-  const auto share_at = [&](std::int64_t q, double face) { return (face - loom.x[q].x()) / (loom.x[q + 1].x() - loom.x[q].x()); };
-  while (p + 1 < end && loom.x[p].x() <= x_min && !crosses(p, x_min)) ++p;
-  if (p + 1 >= end) return;
-  const double share = std::max(0.0, share_at(p, x_min));  // 0: the warp's end is held within the cell
-  const double arc_start = loom.arc[p] + share * (loom.arc[p + 1] - loom.arc[p]);
-  add_within_bar(p, share, arc_start);
-  while (p + 2 < end && !crosses(p, x_max)) add_within_bar(p++, 1, arc_start);
-  add_within_bar(p, std::min(1.0, share_at(p, x_max)), arc_start);
-}
-
-}  // namespace
-
-Snapshot cut_cell(const Case& c, const Snapshot& loom, int first_pick) {
-  const int warps = c.warps(), picks = c.picks_per_cell();
-  Snapshot snap;
-  snap.time = loom.time;
-  snap.pick = first_pick + picks;
-  snap.cell_width = loom.cell_width;
-  snap.cell_length = c.cell_length();
-  snap.x_min = std::max(last_column_of_cell(c, loom, first_pick) - snap.cell_length, held_end(loom));
-  snap.x_max = snap.x_min + snap.cell_length;
-  snap.beyond.length = snap.cell_length / c.columns;
-  snap.beyond.offset = {0};
-  for (std::size_t f = 0; f < loom.fibers(); ++f) {
-    if (!loom.weft[f]) {
-      begin_fiber(loom, f, loom.yarn[f], snap);
-      add_between_faces(loom, f, snap.x_min, snap.x_max, snap);
-      end_fiber(snap);
-      add_between_faces(loom, f, snap.x_max, snap.x_max + snap.beyond.length, snap.beyond);
-      end_fiber(snap.beyond);
-    } else if (loom.yarn[f] >= warps + first_pick && loom.yarn[f] < warps + first_pick + picks) {
-      begin_fiber(loom, f, warps + (loom.yarn[f] - warps) % picks, snap);
-      for (auto p = loom.offset[f]; p < loom.offset[f + 1]; ++p) add_node(loom.x[p], loom.tension[p], loom.arc[p], snap);
-      end_fiber(snap);
-      end_fiber(snap.beyond);
-    }
-  }
-  return snap;
 }
 
 }  // namespace weave

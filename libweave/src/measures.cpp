@@ -20,8 +20,8 @@ double length_of(const Snapshot& s, std::size_t f) {
   return length;
 }
 
-/// Upper and lower envelope heights on a grid over the cell, columns that no fiber covers left out. A unit cell goes on across its faces, in
-/// which yarns may lie.
+/// Upper and lower envelope heights on a grid over the cell, columns that no fiber covers left out. A unit cell goes on across its faces,
+/// in which yarns may lie.
 double mean_envelope_distance(const Snapshot& s) {
   const double length = s.x_max - s.x_min, width = s.cell_width;
   const bool goes_on = s.cell_length > 0;
@@ -324,6 +324,16 @@ namespace {
 
 constexpr int steadiness_samples = 64;  ///< of a fiber
 
+/// A cell as it lay on the loom, before it was drawn to the cell's length.
+Snapshot as_on_loom(Snapshot cell) {
+  if (!(cell.length_on_loom > 0)) return cell;
+  const double factor = cell.length_on_loom / cell.cell_length;
+  for (Vec3& x : cell.x) x.x() = cell.x_max + factor * (x.x() - cell.x_max);
+  cell.x_min = cell.x_max - cell.length_on_loom;
+  cell.cell_length = cell.length_on_loom;
+  return cell;
+}
+
 /// The k-th of steadiness_samples points of a fiber, at even shares of its length from the cell's face, of a warp that has slid along
 /// itself by a share `slide`; behind the cell's end a warp goes on as its own image.
 Vec3 point_from_face(const Snapshot& s, std::size_t f, int k, double slide) {
@@ -377,7 +387,8 @@ std::vector<double> slides_of_warps(const std::vector<Vec3>& path_a, const Snaps
 
 }  // namespace
 
-Steadiness steadiness(const Snapshot& a, const Snapshot& b) {
+Steadiness steadiness(const Snapshot& before, const Snapshot& after) {
+  const Snapshot a = as_on_loom(before), b = as_on_loom(after);
   if (a.yarn != b.yarn || a.fiber != b.fiber) throw std::invalid_argument("steadiness: the two cells do not hold the same fibers");
   Steadiness result;
   constexpr int samples = steadiness_samples;

@@ -112,6 +112,7 @@ void write_snapshot(Hdf5File& file, const Snapshot& s) {
   file.write<std::int32_t>("/VTKHDF/FieldData/picks", {s.pick});
   file.write<double>("/VTKHDF/FieldData/cell_width_m", {s.cell_width});
   file.write<double>("/VTKHDF/FieldData/cell_length_m", {s.cell_length});
+  if (s.length_on_loom > 0) file.write<double>("/VTKHDF/FieldData/length_on_loom_m", {s.length_on_loom});
   file.write<double>("/VTKHDF/FieldData/x_min_m", {s.x_min});
   file.write<double>("/VTKHDF/FieldData/x_max_m", {s.x_max});
   file.write<std::uint8_t>("/VTKHDF/FieldData/along_axis", {static_cast<std::uint8_t>(s.along_axis)});
@@ -149,6 +150,8 @@ Snapshot read_snapshot(const Hdf5File& file, const std::filesystem::path& name) 
   s.cell_length = read_one<double>(file, name, "/VTKHDF/FieldData/cell_length_m");
   s.x_min = read_one<double>(file, name, "/VTKHDF/FieldData/x_min_m");
   s.x_max = read_one<double>(file, name, "/VTKHDF/FieldData/x_max_m");
+  const char* const length_on_loom = "/VTKHDF/FieldData/length_on_loom_m";
+  if (file.has(length_on_loom)) s.length_on_loom = read_one<double>(file, name, length_on_loom);
   const char* const along_axis = "/VTKHDF/FieldData/along_axis";
   s.along_axis = file.has(along_axis) && read_one<std::uint8_t>(file, name, along_axis) != 0;
 

@@ -61,6 +61,7 @@ std::string summary_json(const Case& c, const WeaveResult& r) {
   j["reed_load_per_beat_N"] = r.history.reed_load_per_beat_N;
   j["warp_tension_mean_N"] = s.warp_tension_mean;
   j["cell_length_m"] = c.cell_length();
+  j["cell_length_on_loom_m"] = r.cell.length_on_loom;
   j["cell_width_m"] = c.cell_width();
   for (const auto& [name, value] : named(s.cell)) j[name] = value;
   j["void_share_mean"] = s.void_shares.empty() ? ordered_json() : ordered_json(mean(s.void_shares));

@@ -123,6 +123,24 @@ TEST(CutCell, WarpsGoOnBeyondIt) {
   EXPECT_GT(axes.beyond.x.size(), beyond.x.size());
 }
 
+TEST(CutCell, IsDrawnToItsLengthFromThatOnTheLoom) {
+  const Case c = parse_case(scenes::small_case_text(), "small.toml");
+  Snapshot loom = loom_with_steep_legs(-0.42);
+  const Snapshot cell = cut_cell(c, loom, 2);
+  EXPECT_NEAR(cell.length_on_loom, cell.cell_length, 1e-12);
+  for (Vec3& x : loom.x) x.x() *= 1.05;
+  const Snapshot longer = cut_cell(c, loom, 2);
+  EXPECT_NEAR(longer.length_on_loom, 1.05 * cell.cell_length, 1e-12);
+  ASSERT_EQ(longer.x.size(), cell.x.size());
+  const Vec3 shift(longer.x_max - cell.x_max, 0, 0);
+  for (std::size_t p = 0; p < cell.x.size(); ++p) EXPECT_NEAR((longer.x[p] - cell.x[p] - shift).norm(), 0, 1e-12);
+  // As stretched as before: the straight warp's rest length is drawn as its path is.
+  EXPECT_NEAR(longer.arc[longer.offset[2] - 1], cell.arc[cell.offset[2] - 1] / 1.05, 1e-12);
+  // On the loom they are not the same.
+  EXPECT_NEAR(steadiness(cell, cell).mean, 0, 1e-9);
+  EXPECT_GT(steadiness(cell, longer).mean, 0.05);
+}
+
 TEST(CutCell, BeginsAtTheHeldEndsAtTheEarliest) {
   const Case c = parse_case(scenes::small_case_text(), "small.toml");
   Snapshot loom = loom_with_steep_legs(-0.42);

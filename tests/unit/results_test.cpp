@@ -222,7 +222,7 @@ TEST_F(ResultsTest, CheckpointOfAnotherVersionIsRefused) {
   out.write_text("/case", "name = \"old\"\n");
   out.commit();
   EXPECT_THAT([&] { (void)read_checkpoint(folder / "checkpoint.h5"); },
-              ThrowsMessage<std::runtime_error>(AllOf(HasSubstr("checkpoint.h5"), HasSubstr("format 1"), HasSubstr("formats 3 to 5"))));
+              ThrowsMessage<std::runtime_error>(AllOf(HasSubstr("checkpoint.h5"), HasSubstr("format 1"), HasSubstr("reads format 5"))));
 }
 
 TEST_F(ResultsTest, UncommittedFileLeavesNothing) {

@@ -92,9 +92,10 @@ Snapshot snapshot_of_loom(const Case& c, const Engine& engine, int pick);
 
 /// The unit cell whose wefts are picks first_pick ... first_pick + picks_per_cell - 1, cut out of a snapshot of the loom. Its faces lie in
 /// the middle of the last of its weft columns and a cell's length before, where warps run level: half of that column, and of the one before
-/// the first, lies outside; next to the warps' held ends, as of the first cell, it begins at these. Warps go from where they first cross
-/// one face to where they first cross the other, and beyond it for the length of a column. Wefts are numbered by their row in the weaving matrix, after the warps. Throws
-/// std::runtime_error if that cell is no longer on the loom.
+/// the first, lies outside; next to the warps' held ends, as of the first cell, it begins at these. Columns near the fell lie farther apart
+/// than the taking-up: all x are drawn to the cell's length, or the gap behind the face alone would be narrower than the warps in it. Warps
+/// go from where they first cross one face to where they first cross the other, and beyond it for the length of a column. Wefts are
+/// numbered by their row in the weaving matrix, after the warps. Throws std::runtime_error if that cell is no longer on the loom.
 Snapshot cut_cell(const Case& c, const Snapshot& loom, int first_pick);
 
 }  // namespace weave

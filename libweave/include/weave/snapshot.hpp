@@ -20,11 +20,12 @@ struct Continuation {
 
 /// Fibers as poly-lines at one time: what pictures, results files and measures are made of.
 struct Snapshot {
-  double time = 0;         ///< [s]
-  int pick = 0;            ///< picks finished
-  double cell_width = 0;   ///< period along y [m]
-  double cell_length = 0;  ///< period along x of a unit cell [m]; 0 where the snapshot is not of a cell
-  double x_min = 0;        ///< the cell or cloth spans x_min ... x_max [m]
+  double time = 0;            ///< [s]
+  int pick = 0;               ///< picks finished
+  double cell_width = 0;      ///< period along y [m]
+  double cell_length = 0;     ///< period along x of a unit cell [m]; 0 where the snapshot is not of a cell
+  double length_on_loom = 0;  ///< of a cell cut out of the loom, whose x has been drawn from it to cell_length [m]; 0 of any other
+  double x_min = 0;           ///< the cell or cloth spans x_min ... x_max [m]
   double x_max = 0;
 
   // per fiber
