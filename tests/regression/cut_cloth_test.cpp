@@ -55,6 +55,15 @@ TEST(cut_cloth, first_weft_column_is_held_with_the_warps_ends) {
   };
   EXPECT_LT(apart(held), 1e-12);
   EXPECT_GT(apart(next), 1e-6);  // which moves in the cloth
+
+  options.stop_at_step = result.summary.steps - 1000;  // in the last pick, past the cut
+  EXPECT_EQ(weave_cloth(c, options).status, RunStatus::interrupted);
+  options.stop_at_step = -1;
+  options.resume = true;
+  const weave::WeaveResult resumed = weave_cloth(c, options);
+  EXPECT_EQ(resumed.status, RunStatus::completed) << resumed.message;
+  EXPECT_EQ(resumed.loom.x, result.loom.x);
+  EXPECT_EQ(resumed.loom.tension, result.loom.tension);
 }
 
 }  // namespace
