@@ -39,22 +39,15 @@ double length_on_loom(const Case& c, const Snapshot& loom, int first_pick) {
 }
 
 /// A snapshot with all x drawn toward or away from one of them. Fibers stay stretched as they are.
-Snapshot drawn(Snapshot loom, double fixed_x, double factor) {
+Snapshot drawn(const Snapshot& loom, double fixed_x, double factor) {
+  Snapshot result = loom;
+  for (Vec3& x : result.x) x.x() = fixed_x + factor * (x.x() - fixed_x);
+  const auto bar = [](const Snapshot& s, std::int64_t p) { return (s.x[p] - s.x[p - 1]).norm(); };
   for (std::size_t f = 0; f < loom.fibers(); ++f) {
-    const auto begin = loom.offset[f], end = loom.offset[f + 1];
-    Vec3 before = loom.x[begin];
-    double arc_before = loom.arc[begin];
-    for (auto p = begin; p < end; ++p) {
-      const Vec3 as_it_was = loom.x[p];
-      loom.x[p].x() = fixed_x + factor * (as_it_was.x() - fixed_x);
-      if (p == begin) continue;
-      const double arc = loom.arc[p], change = (loom.x[p] - loom.x[p - 1]).norm() / (as_it_was - before).norm();
-      loom.arc[p] = loom.arc[p - 1] + change * (arc - arc_before);
-      before = as_it_was;
-      arc_before = arc;
-    }
+    for (auto p = loom.offset[f] + 1; p < loom.offset[f + 1]; ++p)
+      result.arc[p] = result.arc[p - 1] + bar(result, p) / bar(loom, p) * (loom.arc[p] - loom.arc[p - 1]);
   }
-  return loom;
+  return result;
 }
 
 /// Farthest x at which a warp's held end lies [m].
