@@ -37,11 +37,11 @@ void each_column(F&& f) {
   f(
       "step_max_m", [](const P& p) { return p.step_max; }, [](P& p, double v) { p.step_max = v; });
   f(
-      "shift_N_per_m", [](const P& p) { return p.shift; }, [](P& p, double v) { p.shift = v; });
+      "damping", [](const P& p) { return p.damping; }, [](P& p, double v) { p.damping = v; });
   f(
       "first_order", [](const P& p) { return static_cast<double>(p.first_order); }, [](P& p, double v) { p.first_order = v != 0; });
   f(
-      "convex", [](const P& p) { return static_cast<double>(p.convex); }, [](P& p, double v) { p.convex = v != 0; });
+      "factor_kept", [](const P& p) { return static_cast<double>(p.factor_kept); }, [](P& p, double v) { p.factor_kept = v != 0; });
   f(
       "touching", [](const P& p) { return static_cast<double>(p.touching); },
       [](P& p, double v) { p.touching = static_cast<std::size_t>(v); });
@@ -56,7 +56,7 @@ void each_column(F&& f) {
 }
 
 /// Columns that files of older versions lack; what they say is not known then.
-const std::set<std::string> later_columns = {"overlap_max", "factorization_s", "solution_s"};
+const std::set<std::string> later_columns = {"damping", "factor_kept", "overlap_max", "factorization_s", "solution_s"};
 
 }  // namespace
 

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "cholesky.hpp"
+#include "hessian_bound.hpp"
 
 namespace relax {
 namespace {
@@ -21,36 +22,21 @@ constexpr double step_least = 0.3;  ///< below the limit of stability anyway, as
 constexpr int steps_before_growth = 5;
 constexpr double way_limit = 0.1;    ///< of a node in one step [smallest diameters]
 constexpr int metric_interval = 10;  ///< steps for which M is kept, unless the motion turns uphill before
-constexpr double near_touch = 1.04;  ///< radii by which M sees fibers: those that may touch before it is renewed have to be in it
 constexpr double list_skin =
     1.5;  ///< of the contact list [largest fiber diameters]: nodes go far, and what does not touch costs next to nothing
-constexpr int patience = 400;  ///< steps in which neither the gradient nor the energy comes down, after which the phase is given up
-constexpr double gradient_fall = 0.1, energy_fall = 0.01;  ///< of their least values: what counts as coming down
-constexpr double regular = 1e-6;  ///< added to M: of the reference tension over the diameter, for slack fibers that nothing holds
+constexpr double gradient_fall = 0.1;  ///< of its least value: what counts as coming down
+constexpr double regular = 1e-6;       ///< added to M: of the reference tension over the diameter, for slack fibers that nothing holds
 
 /// M with its factor.
 class Metric {
  public:
   explicit Metric(const Cell& cell)
-      : inflated_(inflate(cell, 1)),
-        stiff_(inflate(cell, 2)),
-        matrix_(hessian_for(cell, ContactList{}, Eigen::VectorXd::Zero(Unknowns(cell).size))),
-        factor_(matrix_) {}
+      : bound_(cell, 2), matrix_(hessian_for(cell, ContactList{}, Eigen::VectorXd::Zero(Unknowns(cell).size))), factor_(matrix_) {}
 
-  void renew(const Cell& cell, const Unknowns& unknowns, const ContactList& list, const Eigen::VectorXd& q,
-             const std::vector<Eigen::Index>& pins, double scale) {
+  void renew(const Unknowns& unknowns, const ContactList& list, const Eigen::VectorXd& q, const std::vector<Eigen::Index>& pins,
+             double scale) {
     matrix_.set_zero();
-    const Derivatives convex{nullptr, &matrix_, true, true};
-    bar_energy(stiff_, unknowns, q, convex);
-    bending_energy(cell, q, convex);
-    ContactList nearer = list;
-    for (std::size_t i = 0; i < nearer.contacts.size(); ++i) {
-      const SpanContact& c = nearer.contacts[i];
-      const double nearer_by = (1 - 1 / near_touch) * inflated_.pair_law(cell.fiber_of[c.span], cell.fiber_of[c.other]).reach;
-      for (std::size_t s = nearer.first_sample[i]; s < nearer.first_sample[i + 1]; ++s) nearer.gap[s] -= nearer_by;
-    }
-    contact_energy(stiff_, nearer, q, convex);
-    platen_energy(inflated_, unknowns, q, convex);
+    bound_.add_to(matrix_, unknowns, list, q, true);
     matrix_.pin(pins, scale);
     double shift = regular * scale;
     while (!factor_.factorize(matrix_, shift)) shift *= 10;
@@ -59,17 +45,7 @@ class Metric {
   [[nodiscard]] Eigen::VectorXd solve(const Eigen::VectorXd& f) const { return factor_.solve(f); }
 
  private:
-  static Cell inflate(Cell cell, double stiffness) {
-    for (FiberType& type : cell.types) {
-      type.radius *= near_touch;
-      type.transverse_modulus *= stiffness;
-      type.compression_factor = 1;
-    }
-    finish_types(cell);
-    return cell;
-  }
-  Cell inflated_, stiff_;  ///< the second for bars, none of which is slack in it, as it may be taut in the next step; and for contact
-                           ///< between fibers, which counts twice
+  HessianBound bound_;
   SparseHessian matrix_;
   Cholesky factor_;
 };
@@ -117,7 +93,7 @@ FirstOrderEnd calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins,
     double factorization = 0;
     if (metric_age++ >= metric_interval) {
       stage = Clock::now();
-      metric.renew(cell, unknowns, list, result.q, pins, scale);
+      metric.renew(unknowns, list, result.q, pins, scale);
       factorization = seconds_since(stage);
       result.wall.first_order_metric += factorization;
       metric_age = 1;
@@ -125,11 +101,12 @@ FirstOrderEnd calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins,
     const bool deep = contacts.overlap_max > options.first_order_overlap;
     const double wanted = deep ? std::min(tolerance, options.first_order_tolerance_least) : tolerance;
     if (gradient_max <= wanted || !std::isfinite(energy)) return FirstOrderEnd::near;
-    if (gradient_max < (1 - gradient_fall) * state.gradient_least || energy < state.energy_least - energy_fall * std::abs(energy)) {
+    if (gradient_max < (1 - gradient_fall) * state.gradient_least ||
+        energy < state.energy_least - options.first_order_energy_fall * std::abs(energy)) {
       state.gradient_least = std::min(state.gradient_least, gradient_max);
       state.energy_least = std::min(state.energy_least, energy);
       state.least_at = state.step;
-    } else if (state.step - state.least_at >= patience) {
+    } else if (state.step - state.least_at >= options.first_order_patience) {
       return FirstOrderEnd::stagnated;
     }
 

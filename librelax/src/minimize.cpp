@@ -15,6 +15,8 @@
 
 #include "cholesky.hpp"
 #include "first_order.hpp"
+#include "hessian_bound.hpp"
+#include "limited_memory.hpp"
 
 namespace relax {
 namespace {
@@ -39,11 +41,19 @@ class Timed {
 
 constexpr double armijo = 1e-4;  ///< share of the predicted fall in energy that a step must bring (Nocedal & Wright 2006, 3.4)
 constexpr int halvings = 14;
-constexpr double round_off = 1e-11;                      ///< of the energy: a predicted fall below it can not be seen
-constexpr double shift_first = 1e-4;                     ///< [reference tension / diameter]
-constexpr double shift_least = 1e-6, shift_largest = 1;  ///< of the true Hessian [reference tension / diameter]
-constexpr int far_steps = 3;                    ///< of Newton's method as long as the list allows, one after the other: far from a minimum
-constexpr int far_steps_after_stagnation = 40;  ///< and where the cheap steps have not come down
+constexpr double round_off = 1e-11;   ///< of the energy: a predicted fall below it can not be seen
+constexpr double shift_least = 1e-6;  ///< for slack fibers that nothing holds [reference tension / diameter]
+constexpr double damping_least = 1e-6, damping_most = 1e6;
+constexpr double damping_after_failure = 1e-2, damping_when_indefinite = 8, damping_when_nowhere = 16;  ///< the least; factors
+constexpr int steps_by_factor = 60;                                                                     ///< at most, before it is made anew
+constexpr int patience = 50;  ///< factors without the gradient or the energy coming down, after which it is given up
+constexpr double gradient_fall = 0.1, energy_fall = 1e-7;  ///< of their least values: what counts as coming down
+constexpr double worn_out = 1e-3;      ///< share of the first predicted fall in energy, from which on a factor is not used further
+constexpr int halvings_by_factor = 6;  ///< of a step by a factor that is kept
+constexpr double poor_share = 0.25;    ///< of a step: less of it a few times in a row, and the factor is made anew
+constexpr int poor_in_a_row = 3;
+constexpr int dynamic_patience = 400;  ///< of the first-order phase alone
+constexpr double dynamic_energy_fall = 0.01;
 constexpr double dynamic_tolerance_least = 1e-13;  ///< gradient, over the reference tension, below which round-off is all that is left
 constexpr double release_below = 1;                ///< gradient, over the reference tension, from which on free lengths of the cell move
 constexpr int inverse_iterations = 12, inverse_iterations_most = 300;  ///< for the direction of negative curvature, as many until it is one
@@ -65,9 +75,8 @@ std::string name_of(const Cell& cell, const Unknowns& unknowns, Eigen::Index u) 
     return std::string(1, "xyz"[u % 3]) + " of node " + std::to_string(node - cell.first[f]) + " of fiber " +
            std::to_string(cell.place[f]) + " of yarn " + std::to_string(cell.yarn[f]);
   }
-  for (const std::size_t k : {0, 1}) {
-    if (u == unknowns.length[k]) return std::string("length of the cell along ") + "xy"[k];
-  }
+  if (u == unknowns.length[0]) return "length of the cell along x";
+  if (u == unknowns.length[1]) return "length of the cell along y";
   const auto f = std::find(unknowns.drawn.begin(), unknowns.drawn.end(), u);
   if (f == unknowns.drawn.end()) return u == unknowns.platens ? "the lower platen" : "the upper platen";
   const auto number = static_cast<std::size_t>(f - unknowns.drawn.begin());
@@ -77,7 +86,13 @@ std::string name_of(const Cell& cell, const Unknowns& unknowns, Eigen::Index u) 
 class Minimization {
  public:
   Minimization(const Cell& cell, MinimizeState state, const MinimizeOptions& options)
-      : cell_(cell), options_(options), unknowns_(cell), scale_(cell), pins_(pinned_unknowns(cell)), at_(std::move(state)) {
+      : cell_(cell),
+        options_(options),
+        unknowns_(cell),
+        scale_(cell),
+        bound_(cell, 1),
+        pins_(pinned_unknowns(cell)),
+        at_(std::move(state)) {
     still_ = pins_;
     std::copy_if(unknowns_.length.begin(), unknowns_.length.end(), std::back_inserter(still_), [](Eigen::Index u) { return u >= 0; });
     const bool newton = at_.newton, first_order = !newton && at_.first_order.step > 0;
@@ -101,32 +116,20 @@ class Minimization {
     result_.factorizations = at_.factorizations;
     const auto pause = [&] { return pause_wanted(); };
     if (options_.method == MinimizeMethod::dynamic) return run_dynamic(pause);
-    for (bool again = true; again;) {
-      if (!at_.newton) {
-        const FirstOrderEnd end = calm_down(cell_, still_, options_, at_.tolerance, at_.steps_left, pause, at_.first_order, result_);
-        if (end == FirstOrderEnd::paused) return leave_off();
-        at_.steps_left -= at_.first_order.step;
-        at_.first_order = {};
-        at_.stagnated = end == FirstOrderEnd::stagnated;
-        at_.newton = true;
-        at_.far = 0;
-        find_contacts_anew();
-        evaluate(false);
-        noted_ = result_.wall;
-        note(0, 0, false);
-      }
-      again = false;
-      for (; at_.iterations_left > 0; --at_.iterations_left) {
-        if (pause()) return leave_off();
-        if (step()) break;
-        at_.far = at_.went_far ? at_.far + 1 : 0;
-        // The fibers slide away from a saddle: that way is long, and goes faster in many cheap steps than in a few dear ones.
-        const bool patient = at_.stagnated || (at_.lengths_free && still_.size() > pins_.size());
-        again = at_.far == (patient ? far_steps_after_stagnation : far_steps) && at_.steps_left > 0;
-        if (again) break;
-      }
-      at_.newton = false;
-      at_.tolerance = std::max(0.5 * at_.tolerance, options_.first_order_tolerance_least);
+    if (!at_.newton) {
+      if (calm_down(cell_, still_, options_, at_.tolerance, at_.steps_left, pause, at_.first_order, result_) == FirstOrderEnd::paused)
+        return leave_off();
+      at_.first_order = {};
+      at_.newton = true;
+      find_contacts_anew();
+      renew_pattern(result_.q);
+      evaluate();
+      noted_ = result_.wall;
+      note(0, false);
+    }
+    for (; at_.iterations_left > 0; --at_.iterations_left) {
+      if (pause()) return leave_off();
+      if (step()) break;
     }
     certify_state();
     return std::move(result_);
@@ -137,13 +140,15 @@ class Minimization {
   MinimizeResult run_dynamic(const std::function<bool()>& pause) {
     MinimizeOptions fine = options_;
     fine.first_order_sampling = options_.sampling;
+    fine.first_order_patience = dynamic_patience;
+    fine.first_order_energy_fall = dynamic_energy_fall;
     for (;;) {
       const FirstOrderEnd end = calm_down(cell_, pins_, fine, at_.tolerance, at_.steps_left, pause, at_.first_order, result_);
       if (end == FirstOrderEnd::paused) return leave_off();
       find_contacts_anew();
       certify_state();
       noted_ = result_.wall;
-      note(0, 0, false);
+      note(0, false);
       const Certificate& c = result_.certificate;
       const bool there = c.gradient_max <= options_.gradient_tolerance &&
                          (!c.positive_definite || (c.newton_step_max <= options_.step_tolerance && c.contacts_steady));
@@ -158,7 +163,8 @@ class Minimization {
   void certify_state() {
     at_.lengths_free = true;
     if (!hessian_ || !shares_settled()) find_contacts_anew();
-    evaluate(false);
+    if (!hessian_) renew_pattern(result_.q);
+    evaluate();
     Certificate& c = result_.certificate;
     c = {};
     c.energy_error = std::numeric_limits<double>::infinity();
@@ -181,7 +187,7 @@ class Minimization {
                                  std::min(options_.gradient_tolerance, certificate_tolerance), name_of(cell_, unknowns_, at));
     } else if (!c.positive_definite) {
       const std::string place = name_of(cell_, unknowns_, cholesky_->failed_at());
-      c.neutral = factorize(shift_least * result_.reference_tension / scale_.diameter_min);
+      c.neutral = factorize(shift_least * unit());
       c.blocked_by = c.neutral ? "no strict minimum: nothing holds a slack or free fiber, at " + place
                                : "no minimum: the Hessian is not positive definite at " + place;
     } else if (!(c.newton_step_max <= std::min(options_.step_tolerance, certificate_tolerance))) {
@@ -229,18 +235,19 @@ class Minimization {
 
   /// Contact list, Hessian and gradient of a state in Newton's method.
   void take_up_newton() {
-    list_ = find_contacts(cell_, at_.list_at, options_.skin * scale_.diameter_max, options_.sampling);
+    list_ = contacts_at(at_.list_at);
     renew_pattern(at_.pattern_at);
-    evaluate(false);
+    evaluate();
+  }
+
+  [[nodiscard]] ContactList contacts_at(const Eigen::VectorXd& q) const {
+    return find_contacts(cell_, q, options_.skin * scale_.diameter_max, options_.sampling);
   }
 
   void find_contacts_anew() {
-    {
-      const Timed timed(result_.wall.search);
-      list_ = find_contacts(cell_, result_.q, options_.skin * scale_.diameter_max, options_.sampling);
-      at_.list_at = result_.q;
-    }
-    renew_pattern(result_.q);
+    const Timed timed(result_.wall.search);
+    list_ = contacts_at(result_.q);
+    at_.list_at = result_.q;
   }
 
   /// By less than which nothing counts as moved [m].
@@ -252,10 +259,11 @@ class Minimization {
            std::all_of(list_.contacts.begin(), list_.contacts.end(), [](const SpanContact& c) { return c.share == 0.5; });
   }
 
+  /// The pattern of the Hessian, with room for the contacts at a state. It may outlast the contact list.
   void renew_pattern(const Eigen::VectorXd& q) {
     const Timed timed(result_.wall.analysis);
     at_.pattern_at = q;
-    hessian_.emplace(hessian_for(cell_, list_, q));
+    hessian_.emplace(hessian_for(cell_, contacts_at(q), q));
     cholesky_ = std::make_unique<Cholesky>(*hessian_);
     result_.factor_nonzeros = cholesky_->nonzeros();
     ++result_.analyses;
@@ -270,22 +278,27 @@ class Minimization {
   }
 
   /// Energy, gradient and Hessian at the present state.
-  void evaluate(bool convex) {
+  void evaluate() {
     for (int attempt = 0;; ++attempt) {
       {
         const Timed timed(result_.wall.assembly);
         result_.contacts = {};
-        result_.energy = potential(cell_, unknowns_, list_, result_.q, {&gradient_, &*hessian_, convex}, &result_.contacts);
+        result_.energy = potential(cell_, unknowns_, list_, result_.q, {&gradient_, &*hessian_, false}, &result_.contacts);
       }
       if (hessian_->complete()) break;
       if (attempt > 0) throw std::logic_error("minimize: contacts outside the pattern that was made for them");
+      find_contacts_anew();
       renew_pattern(result_.q);
     }
-    convex_ = convex;
     force_of_pins_ = gradient_;
     release_pins_from(gradient_);
-    hessian_->pin(held(), result_.reference_tension / scale_.diameter_min);
+    pin();
   }
+
+  void pin() { hessian_->pin(held(), unit()); }
+
+  /// What stiffnesses are measured in [N/m].
+  [[nodiscard]] double unit() const { return result_.reference_tension / scale_.diameter_min; }
 
   bool factorize(double shift) {
     const Timed timed(result_.wall.factorization);
@@ -293,10 +306,11 @@ class Minimization {
     return cholesky_->factorize(*hessian_, shift);
   }
 
-  Eigen::VectorXd solve() {
+  Eigen::VectorXd solve(const Eigen::VectorXd& right) {
     const Timed timed(result_.wall.solution);
-    return cholesky_->solve(-gradient_);
+    return cholesky_->solve(right);
   }
+  Eigen::VectorXd solve() { return solve(-gradient_); }
 
   std::vector<double> overlaps_at(const Eigen::VectorXd& q) const {
     ContactState state;
@@ -314,14 +328,14 @@ class Minimization {
     return true;
   }
 
-  void note(double step_max, double shift, bool convex) {
+  void note(double step_max, bool factor_kept) {
     MinimizeProgress p;
     p.iteration = static_cast<int>(result_.history.size());
     p.energy = result_.energy.sum();
     p.gradient_max = gradient_max(gradient_);
     p.step_max = step_max;
-    p.shift = shift;
-    p.convex = convex;
+    p.damping = at_.damping;
+    p.factor_kept = factor_kept;
     p.touching = result_.contacts.touching;
     p.overlap_max = result_.contacts.overlap_max;
     p.factorization = result_.wall.factorization - noted_.factorization;
@@ -332,116 +346,175 @@ class Minimization {
     if (options_.on_progress) options_.on_progress(p);
   }
 
-  /// Factorizes so that the step goes downhill: the true Hessian, if need be with a shift, where the last step stayed near; else without
-  /// its indefinite terms, and shifted.
+  /// Factorizes the Hessian, with as much of a bound on it added as it takes to be positive definite, and as the last steps have shown to
+  /// be of use: a Levenberg-Marquardt step in the metric of the bound, in which fibers that are slack or nearly touch resist what would
+  /// make them taut or press them together. What makes the Hessian indefinite goes as the bound comes.
   void factorize_for_descent() {
-    if (at_.true_in > 0) {
-      --at_.true_in;
-    } else if (at_.shift == 0 && factorize(0)) {
-      at_.true_wait = 0;
-      at_.true_shift = 0;
-      return;
-    } else if (!at_.went_far && factorize_shifted()) {
-      return;
-    } else {
-      at_.true_in = at_.true_wait = std::min(2 * at_.true_wait + 1, 7);
+    if (at_.damping <= damping_least) {
+      at_.damping = 0;
+      if (factorize(0)) return;
     }
-    evaluate(true);
-    while (!factorize(at_.shift)) at_.shift = std::max(10 * at_.shift, shift_first * result_.reference_tension / scale_.diameter_min);
+    at_.damping = std::max(at_.damping, damping_least);
+    const Damping damping = damping_here();
+    double added = 0, shift = shift_least * unit();
+    for (;;) {
+      hessian_->add(damping.to_convex, std::min(at_.damping, 1.0) - std::min(added, 1.0));
+      hessian_->add(damping.bound, at_.damping - added);
+      pin();
+      added = at_.damping;
+      if (factorize(shift)) return;
+      if (at_.damping < 1) {
+        at_.damping = std::min(damping_when_indefinite * at_.damping, 1.0);
+      } else {
+        shift *= 10;  // what nothing holds is lost in round-off
+      }
+    }
   }
 
-  /// The true Hessian with the least shift that makes it positive definite, within a factor of ten.
-  bool factorize_shifted() {
-    const double unit = result_.reference_tension / scale_.diameter_min;
-    for (double shift = std::max(0.1 * at_.true_shift, shift_least * unit); shift <= shift_largest * unit; shift *= 10) {
-      if (!factorize(shift)) continue;
-      at_.true_shift = shift;
+  struct Damping {
+    SparseHessian to_convex;  ///< from the Hessian to its convex part
+    SparseHessian bound;
+  };
+
+  Damping damping_here() {
+    for (int attempt = 0;; ++attempt) {
+      Damping damping{*hessian_, *hessian_};
+      {
+        const Timed timed(result_.wall.assembly);
+        potential(cell_, unknowns_, list_, result_.q, {nullptr, &damping.to_convex, true});
+        damping.to_convex.add(*hessian_, -1);
+        damping.bound.set_zero();
+        bound_.add_to(damping.bound, unknowns_, list_, result_.q, false);
+      }
+      if (damping.bound.complete()) return damping;
+      if (attempt > 0) throw std::logic_error("minimize: fibers that nearly touch outside the pattern that was made for them");
+      find_contacts_anew();
+      renew_pattern(result_.q);
+      evaluate();
+    }
+  }
+
+  /// One step of Newton's method, and more with its factor. True if there is nothing more to do.
+  bool step() {
+    const double gradient_before = gradient_max(gradient_), energy_before = result_.energy.sum();
+    if (gradient_before < (1 - gradient_fall) * at_.gradient_least ||
+        energy_before < at_.energy_least - energy_fall * std::abs(energy_before)) {
+      at_.gradient_least = std::min(at_.gradient_least, gradient_before);
+      at_.energy_least = std::min(at_.energy_least, energy_before);
+      at_.fruitless = 0;
+    } else if (++at_.fruitless > patience) {
       return true;
     }
-    return false;
-  }
-
-  /// One Newton step. True if there is nothing more to do.
-  bool step() {
-    const double gradient_before = gradient_max(gradient_);
     if (!at_.lengths_free && gradient_before <= release_below) {
       at_.lengths_free = true;
       if (still_.size() > pins_.size()) {
-        evaluate(false);
-        note(0, 0, false);
+        evaluate();
+        note(0, false);
         return false;
       }
     }
     if (gradient_before <= options_.gradient_tolerance) {
       if (!shares_settled()) {
         find_contacts_anew();
-        evaluate(false);
-        note(0, 0, false);
+        evaluate();
+        note(0, false);
         return false;
       }
-      at_.shift = 0;
-      at_.true_in = 0;
       if (!factorize(0)) return !options_.leave_saddles || !leave_saddle();
+      at_.damping = 0;
       const Eigen::VectorXd newton = solve();
       if (newton.cwiseAbs().maxCoeff() <= options_.step_tolerance * scale_.diameter_min) return true;
     }
     factorize_for_descent();
-    Eigen::VectorXd direction = solve();
-    return !descend(direction);
+    const Gone gone = descend(solve(), halvings);
+    if (gone.share == 0) {
+      at_.damping = std::max(damping_when_nowhere * at_.damping, damping_after_failure);
+      evaluate();
+      return at_.damping > damping_most;
+    }
+    note(gone.way, false);
+    if (at_.damping > 0 || gone.share < 1) {
+      const double whole = go_on_by_factor(gone.share == 1);
+      at_.damping = std::max(at_.damping, damping_least) * (whole > 0.7 ? 0.25 : whole > 0.5 ? 0.5 : whole > 0.35 ? 1 : 2);
+    }
+    evaluate();
+    return false;
+  }
+
+  /// What came of going along a direction.
+  struct Gone {
+    double share = 0;      ///< of it, or of what is left of it where it went too far; 0: it led nowhere
+    double way = 0;        ///< largest of a node [m]
+    double predicted = 0;  ///< fall in energy, for the whole of it and to first order [J]
+  };
+
+  /// Steps by the factor at hand and what they teach about the Hessian, each for a small part of a factor's price, while they go on well.
+  /// Returns the share of the steps, with the first one, that were made as a whole.
+  double go_on_by_factor(bool first_whole) {
+    LimitedMemory memory(steps_by_factor);
+    int steps = 1, whole = first_whole;
+    double first_fall = 0;
+    for (int poor = 0; steps <= steps_by_factor && poor < poor_in_a_row;) {
+      const Eigen::VectorXd before = result_.q, gradient = gradient_;
+      const Gone gone = descend(memory.times(-gradient_, [this](const Eigen::VectorXd& v) { return solve(v); }), halvings_by_factor);
+      if (gone.share == 0) break;
+      note(gone.way, true);
+      ++steps;
+      whole += gone.share == 1;
+      first_fall = std::max(first_fall, gone.predicted);
+      if (gone.predicted < worn_out * first_fall) break;
+      poor = gone.share < poor_share ? poor + 1 : 0;
+      memory.learn(result_.q - before, gradient_ - gradient);
+    }
+    return static_cast<double>(whole) / steps;
   }
 
   /// Goes along a direction as far as it lowers the energy, or, where energies are lost in round-off, as far as the gradient says so or
-  /// becomes less. False: nowhere.
-  bool descend(Eigen::VectorXd& direction) {
+  /// becomes less.
+  Gone descend(Eigen::VectorXd direction, int halvings_most) {
     const double limit = 0.5 * list_.skin, way = unknowns_.way(direction);
-    at_.went_far = way > limit;
-    if (at_.went_far) direction *= limit / way;
+    if (way > limit) direction *= limit / way;
     const Eigen::VectorXd before = result_.q;
-    if (list_.late(cell_, before + direction)) find_contacts_anew();
-    const double slope = gradient_.dot(direction), energy_before = result_.energy.sum();
-    const double gradient_before = gradient_max(gradient_);
-    const double size = result_.energy.bars + result_.energy.bending + result_.energy.contact + std::abs(result_.energy.tension) +
-                        std::abs(result_.energy.platens) + std::abs(result_.energy.loads);
+    if (list_.late(cell_, before + direction)) {
+      find_contacts_anew();
+      look_at(before);
+    }
+    const EnergyParts parts = result_.energy;
+    const ContactState contacts = result_.contacts;
+    const Eigen::VectorXd gradient = gradient_;
+    const double slope = gradient.dot(direction), gradient_before = gradient_max(gradient);
+    const double size =
+        parts.bars + parts.bending + parts.contact + std::abs(parts.tension) + std::abs(parts.platens) + std::abs(parts.loads);
     double share = 1;
-    Eigen::VectorXd gradient;
-    for (int i = 0; i < halvings; ++i, share *= 0.5) {
-      const Eigen::VectorXd trial = before + share * direction;
-      double energy = 0;
-      {
-        const Timed timed(result_.wall.assembly);
-        energy = potential(cell_, unknowns_, list_, trial, {&gradient, nullptr, false}).sum();
-      }
-      release_pins_from(gradient);
-      const bool falls = energy <= energy_before + armijo * share * slope;
+    for (int i = 0; slope < 0 && i < halvings_most; ++i, share *= 0.5) {
+      look_at(before + share * direction);
+      const double energy = result_.energy.sum();
+      const bool falls = energy <= parts.sum() + armijo * share * slope;
       const bool lost = std::abs(share * slope) < round_off * size;
-      const bool goes_on_down = gradient.dot(direction) < 0;
-      if (!(falls || (lost && (gradient_max(gradient) < gradient_before || goes_on_down)))) continue;
-      result_.q = trial;
-      const bool convex = convex_;
-      const double shift = convex ? at_.shift : at_.true_shift;
-      if (share == 1 && !at_.went_far) {
-        at_.shift = at_.shift > 1e-3 * shift_first * result_.reference_tension / scale_.diameter_min ? 0.1 * at_.shift : 0;
-      } else if (share < 0.25) {
-        at_.shift = std::max(4 * at_.shift, shift_first * result_.reference_tension / scale_.diameter_min);
-      }
-      evaluate(false);
-      note(share * unknowns_.way(direction), shift, convex);
-      return true;
+      const bool goes_on_down = gradient_.dot(direction) < 0;
+      if (!(falls || (lost && (gradient_max(gradient_) < gradient_before || goes_on_down)))) continue;
+      return {share, share * unknowns_.way(direction), -slope};
     }
-    if (convex_ && at_.shift > 1e6 * shift_first * result_.reference_tension / scale_.diameter_min) return false;
-    if (!convex_) {  // the step of the true Hessian leads nowhere
-      at_.true_in = at_.true_wait = std::min(2 * at_.true_wait + 1, 7);
-      if (++at_.stalled > 3) return false;
-    }
-    at_.shift = std::max(10 * at_.shift, shift_first * result_.reference_tension / scale_.diameter_min);
-    evaluate(false);
-    return true;
+    result_.q = before;
+    result_.energy = parts;
+    result_.contacts = contacts;
+    gradient_ = gradient;
+    return {};
+  }
+
+  /// Makes a state the present one: its energy, contacts and gradient, without the Hessian.
+  void look_at(const Eigen::VectorXd& q) {
+    const Timed timed(result_.wall.assembly);
+    result_.q = q;
+    result_.contacts = {};
+    result_.energy = potential(cell_, unknowns_, list_, q, {&gradient_, nullptr, false}, &result_.contacts);
+    release_pins_from(gradient_);
   }
 
   /// From a saddle along the eigenvector of the most negative curvature, by inverse iteration on the Hessian shifted to be positive
   /// definite.
   bool leave_saddle() {
-    double shift = 1e-3 * shift_first * result_.reference_tension / scale_.diameter_min;
+    double shift = 1e-7 * unit();
     while (!factorize(shift)) shift *= 4;
     std::mt19937_64 random(1);
     std::normal_distribution<double> normal;
@@ -456,20 +529,24 @@ class Minimization {
     if (curvature >= 0) return false;
     if (gradient_.dot(v) > 0) v = -v;
     v *= 0.05 * scale_.diameter_min / unknowns_.way(v);
-    return descend(v);
+    const Gone gone = descend(v, halvings);
+    if (gone.share == 0) return false;
+    note(gone.way, false);
+    evaluate();
+    return true;
   }
 
   const Cell& cell_;
   const MinimizeOptions& options_;
   Unknowns unknowns_;
   Scale scale_;
+  HessianBound bound_;
   std::vector<Eigen::Index> pins_;
   std::vector<Eigen::Index> still_;  ///< the pins and the cell's lengths
   ContactList list_;
   std::optional<SparseHessian> hessian_;
   std::unique_ptr<Cholesky> cholesky_;
   Eigen::VectorXd gradient_, force_of_pins_;
-  bool convex_ = false;
   MinimizeState at_;  ///< but for what stands in the result until it is asked for
   MinimizeResult result_;
   StageWall noted_;  ///< those at the last iteration

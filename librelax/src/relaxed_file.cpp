@@ -17,21 +17,20 @@ const std::string refinement_path = "/run/refinement";  ///< older checkpoints l
 auto numbers_of(auto& s) {
   auto& w = s.stages;
   auto& f = s.first_order;
-  return std::array{&s.reference_tension, &s.tolerance, &f.time_step, &f.mixing,   &f.gradient_least,     &f.energy_least, &s.shift,
-                    &s.true_shift,        &s.wall,      &w.search,    &w.assembly, &w.first_order_metric, &w.analysis,     &w.factorization,
-                    &w.solution};
+  return std::array{&s.reference_tension, &s.tolerance,    &f.time_step, &f.mixing, &f.gradient_least, &f.energy_least,       &s.damping,
+                    &s.gradient_least,    &s.energy_least, &s.wall,      &w.search, &w.assembly,       &w.first_order_metric, &w.analysis,
+                    &w.factorization,     &w.solution};
 }
 
 /// And to its counters.
 auto counters_of(auto& s) {
   auto& f = s.first_order;
-  return std::array{&s.steps_left, &s.iterations_left, &f.step,    &f.downhill, &f.least_at,      &s.far,
-                    &s.true_in,    &s.true_wait,       &s.stalled, &s.analyses, &s.factorizations};
+  return std::array{&s.steps_left, &s.iterations_left, &f.step, &f.downhill, &f.least_at, &s.fruitless, &s.analyses, &s.factorizations};
 }
 
 /// And to its flags.
 auto flags_of(auto& s) {
-  return std::array{&s.newton, &s.stagnated, &s.went_far, &s.lengths_free};
+  return std::array{&s.newton, &s.lengths_free};
 }
 
 /// Calls f with the name and the vector of each of its vectors.

@@ -1,6 +1,7 @@
 #include "relax/sparse_hessian.hpp"
 
 #include <algorithm>
+#include <cassert>
 
 namespace relax {
 
@@ -100,6 +101,12 @@ void SparseHessian::add_corner(Eigen::Index border_a, Eigen::Index border_b, dou
   const Eigen::Index later = std::max(border_a, border_b), earlier = std::min(border_a, border_b);
   const std::int64_t end = column_[static_cast<std::size_t>(3 * nodes_ + later) + 1];
   value_[static_cast<std::size_t>(end - 1 - (later - earlier))] += value;
+}
+
+void SparseHessian::add(const SparseHessian& other, double share) {
+  assert(other.row_ == row_);
+  for (std::size_t i = 0; i < value_.size(); ++i) value_[i] += share * other.value_[i];
+  complete_ = complete_ && other.complete_;
 }
 
 void SparseHessian::pin(const std::vector<Eigen::Index>& unknowns, double diagonal) {

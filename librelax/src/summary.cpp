@@ -67,10 +67,10 @@ std::string summary_json(const Cell& cell, const MinimizeResult& r, const weave:
   j["peak_memory_bytes"] = weave::peak_memory_bytes();
   ordered_json history = ordered_json::array();
   for (const MinimizeProgress& p : r.history)
-    history.push_back({p.energy, p.gradient_max, p.step_max, p.shift, p.convex, p.first_order, p.touching, p.wall, p.factorization,
+    history.push_back({p.energy, p.gradient_max, p.step_max, p.damping, p.first_order, p.factor_kept, p.touching, p.wall, p.factorization,
                        p.solution, p.overlap_max});
-  j["history_columns"] = {"energy_J", "gradient_max", "step_max_m",      "shift_N_per_m", "convex",     "first_order",
-                          "touching", "wall_s",       "factorization_s", "solution_s",    "overlap_max"};
+  j["history_columns"] = {"energy_J", "gradient_max", "step_max_m",      "damping",    "first_order", "factor_kept",
+                          "touching", "wall_s",       "factorization_s", "solution_s", "overlap_max"};
   j["history"] = history;
   j["case_toml"] = context.case_toml;
   return j.dump(2) + "\n";

@@ -43,12 +43,12 @@ void on_signal(int) {
 
 void show(const relax::MinimizeProgress& p) {
   fmt::print(stderr,
-             "{:4}  energy {:.9e} J  gradient {:.2e}  step {:.2e} m  shift {:.1e}{}  {} contact points  factor {:.2g} s  solve {:.2g} s  "
+             "{:4}  energy {:.9e} J  gradient {:.2e}  step {:.2e} m  damping {:.1e}{}  {} contact points  factor {:.2g} s  solve {:.2g} s  "
              "{:.1f} s\n",
-             p.iteration, p.energy, p.gradient_max, p.step_max, p.shift,
-             p.first_order ? " first order"
-             : p.convex    ? " convex"
-                           : "",
+             p.iteration, p.energy, p.gradient_max, p.step_max, p.damping,
+             p.first_order   ? " first order"
+             : p.factor_kept ? " factor kept"
+                             : "",
              p.touching, p.factorization, p.solution, p.wall);
 }
 

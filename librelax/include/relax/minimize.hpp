@@ -9,7 +9,7 @@
 namespace relax {
 
 enum class MinimizeMethod {
-  automatic,  ///< a first-order phase until it is near, then Newton's method; more of both where that leads far
+  automatic,  ///< a first-order phase until it is near or does not get nearer, then Newton's method
   dynamic,    ///< the first-order phase alone, with the contact sampling of Newton's method; the cell's lengths have to be given
   newton,     ///< Newton's method alone
 };
@@ -19,13 +19,15 @@ constexpr double certificate_tolerance = 1e-8;
 
 struct MinimizeOptions {
   MinimizeMethod method = MinimizeMethod::automatic;
-  int first_order_max = 20000;  ///< steps of the first-order phases in all
-  double first_order_tolerance =
-      2e-2;  ///< gradient at which the first one hands over to Newton's method: largest component over the reference tension
-  double first_order_tolerance_least = 1e-3;  ///< at which later ones do, each at half of that of the one before
-  double first_order_overlap = 0.09;  ///< while fibers overlap deeper, any of them goes on to the least tolerance [sums of two radii]
-  int iterations_max = 1000;          ///< of Newton's method
-  double skin = 0.3;                  ///< of the contact list [largest fiber diameters]
+  int first_order_max = 20000;  ///< steps of the first-order phase
+  /// Gradient at which that hands over to Newton's method, and, while fibers overlap deeper than `first_order_overlap` [sums of two radii],
+  /// the least one: largest component over the reference tension.
+  double first_order_tolerance = 2e-2, first_order_tolerance_least = 1e-3;
+  double first_order_overlap = 0.09;
+  int first_order_patience = 200;         ///< steps without the gradient or the energy coming down, after which the phase is given up
+  double first_order_energy_fall = 0.05;  ///< of the energy: what counts as coming down
+  int iterations_max = 1000;              ///< of Newton's method: factors
+  double skin = 0.3;                      ///< of the contact list [largest fiber diameters]
   /// At which to stop: largest component of the gradient over the reference tension, and of the Newton step in smallest fiber diameters.
   /// Beyond the certificate's tolerance no state is certified; below it, one has to meet these.
   double gradient_tolerance = certificate_tolerance, step_tolerance = certificate_tolerance;
@@ -45,9 +47,9 @@ struct MinimizeProgress {
   double energy = 0;         ///< [J]
   double gradient_max = 0;   ///< over the reference tension
   double step_max = 0;       ///< largest way of a node in the step to here, and what the cell grew by [m]
-  double shift = 0;          ///< added to the Hessian for that step [N/m]
+  double damping = 0;        ///< share of a bound on the Hessian that was added to it for that step
   bool first_order = false;  ///< energy and gradient are those before the step of the first-order phase
-  bool convex = false;       ///< its indefinite terms were left out for that step
+  bool factor_kept = false;  ///< the step was made with the factor of the one before
   std::size_t touching = 0;  ///< contact points
   double overlap_max = 0;    ///< in sums of two radii
   double factorization = 0;  ///< since the iteration before; of the first-order phase, to assemble and factorize its metric [s]
@@ -79,17 +81,13 @@ struct MinimizeState {
   double tolerance = 0;  ///< of the present first-order phase
   bool newton = false;   ///< in Newton's method; else in a first-order phase
   FirstOrderState first_order;
-  bool stagnated = false;  ///< so did the last first-order phase
 
   // of Newton's method
-  int far = 0;                          ///< steps since one was not cut short
   Eigen::VectorXd list_at, pattern_at;  ///< unknowns at which the contact list and the pattern of the Hessian were built
-  double shift = 0;                     ///< of the Hessian without its indefinite terms [N/m]
-  double true_shift = 0;                ///< that made the true Hessian positive definite [N/m]
-  bool went_far = false;                ///< the last step was cut to what the contact list allows
+  double damping = 1;                   ///< share of the bound on the Hessian that is added to it
   bool lengths_free = false;            ///< free lengths of the cell move; before, the rest has to be near its minimum
-  int true_in = 0, true_wait = 0;       ///< iterations until the true Hessian is tried again, and between the last two trials
-  int stalled = 0;                      ///< times that a step of the true Hessian led nowhere
+  double gradient_least = 1e300, energy_least = 1e300;
+  int fruitless = 0;  ///< factors since the gradient or the energy last came down
 
   int analyses = 0, factorizations = 0;
   StageWall stages;
@@ -133,11 +131,12 @@ double reference_tension(const Cell& cell, const Eigen::VectorXd& q);
 std::vector<Eigen::Index> pinned_unknowns(const Cell& cell);
 
 /// With the automatic method a first-order phase (preconditioned FIRE), until it is near or does not get nearer, then Newton's method from
-/// `q` to a certified minimum; free lengths of the cell move last; each Newton step's energy is less than the one before, or, where
-/// round-off hides that, its gradient. The true Hessian comes first; shifted, or without its indefinite terms, only where it is not
-/// positive definite. No node moves farther than half the skin in a step. At a saddle it goes on along the direction of negative curvature.
-/// A state that is no certified minimum is returned with what blocks it. Throws std::invalid_argument for a `q` of wrong size or not
-/// finite, and for free lengths with the dynamic method.
+/// `q` to a certified minimum. The Hessian is damped by a share of a bound on it (Levenberg-Marquardt), which goes to zero as the steps do
+/// what the Hessian predicts; each factor is used for a step and, until it is worn out, for more of them by limited-memory BFGS. Each
+/// step's energy is less than the one before, or, where round-off hides that, its gradient. No node moves farther than half the skin in a
+/// step. Free lengths of the cell move last. At a saddle it goes on along the direction of negative curvature. A state that is no certified
+/// minimum is returned with what blocks it. Throws std::invalid_argument for a `q` of wrong size or not finite, and for free lengths with
+/// the dynamic method.
 MinimizeResult minimize(const Cell& cell, const Eigen::VectorXd& q, const MinimizeOptions& options = {});
 
 /// Goes on from where a minimization of the same cell with the same options was interrupted, to the same bits. Throws std::invalid_argument

@@ -26,6 +26,9 @@ class SparseHessian {
   /// Between two different borders, the later of which is a full one; it stands for both triangles.
   void add_corner(Eigen::Index border_a, Eigen::Index border_b, double value);
 
+  /// Adds a share of another one of the same pattern.
+  void add(const SparseHessian& other, double share);
+
   [[nodiscard]] bool complete() const { return complete_; }
   [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(column_.size()) - 1; }
   [[nodiscard]] Eigen::Index nodes() const { return nodes_; }
