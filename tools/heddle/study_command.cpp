@@ -94,9 +94,15 @@ void print_list(const Study& study, const std::vector<RunTask>& tasks, const Sha
   fmt::print("{}: {}\n{}\n", study.name, study.title, study.question);
   fmt::print("{} runs until {}, {} at a time with {} threads each\n", tasks.size(), study.until, shares.jobs, shares.threads);
   fmt::print("  {:<44} {:>12} {:>10}  {}\n", "run", "about", "memory", "state");
-  for (const RunTask& task : tasks)
-    fmt::print("  {:<44} {:>12} {:>7.0f} MB  {}\n", task.run->name, duration_text(task.cost), 1e-6 * task.memory,
-               name_of(task.record.state));
+  double whole = 0;
+  for (const RunTask& task : tasks) {
+    const RunTask* twin = twin_of(task, tasks);
+    const bool waits = twin != nullptr && task.record.state == RunState::waiting;
+    if (!twin && !is_over(task)) whole += task.cost;
+    fmt::print("  {:<44} {:>12} {:>7.0f} MB  {}{}\n", task.run->name, twin ? "-" : duration_text(task.cost), 1e-6 * task.memory,
+               name_of(task.record.state), waits ? " for the cloth of " + twin->run->name : "");
+  }
+  fmt::print("  about {} to weave what is left\n", duration_text(whole / std::max(1, shares.jobs)));
 }
 
 void write_tables(const Study& study, const std::vector<StudyRow>& rows, const path& output) {
