@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "chain.hpp"
 #include "contact_samples.hpp"
@@ -81,7 +82,7 @@ std::vector<SpanBall> balls_of(const Cell& cell, const Eigen::VectorXd& q) {
   return balls;
 }
 
-/// The nearest span of one endless chain.
+/// The nearest span of one endless chain, or of a leg of it: a fiber that turns around another may touch it on either side.
 struct Candidate {
   std::uint32_t fiber;
   std::int32_t across;  ///< image across the fiber's own period: tells the chain
@@ -110,7 +111,15 @@ void remove_far_and_repeated(const Cell& cell, const Eigen::VectorXd& q, std::ui
   });
 }
 
-/// The nearest span of every chain that may come near span i.
+/// Whether two spans of a chain are less than the arc apart that a fiber takes to turn around another.
+bool on_one_leg(const Cell& cell, const Candidate& a, const Candidate& b, double reach) {
+  const std::int64_t own_nodes = cell.first[a.fiber + 1] - cell.first[a.fiber];
+  const auto along = [&](const Candidate& c) { return std::int64_t{cell.weft[c.fiber] ? c.contact.image_y : c.contact.image_x}; };
+  const std::int64_t spans = std::int64_t{a.contact.other} - b.contact.other + (along(a) - along(b)) * own_nodes;
+  return static_cast<double>(std::abs(spans)) * cell.span_length(a.contact.other) < std::numbers::pi * reach;
+}
+
+/// The nearest span of every leg of a chain that may come near span i.
 void find_nearest(const Cell& cell, const Eigen::VectorXd& q, const Grid& grid, const std::vector<SpanBall>& balls, std::uint32_t i,
                   double skin, std::vector<Candidate>& nearest) {
   const std::uint32_t f = cell.fiber_of[i];
@@ -123,8 +132,10 @@ void find_nearest(const Cell& cell, const Eigen::VectorXd& q, const Grid& grid, 
     Candidate c{g, 0, distance2, {i, j, balls[i].wrap_x - balls[j].wrap_x + wrap_x, balls[i].wrap_y - balls[j].wrap_y + wrap_y, 0.5}};
     c.across = cell.weft[g] ? c.contact.image_x : c.contact.image_y;
     if (g == f && c.across == 0) return;
-    const auto known =
-        std::find_if(nearest.begin(), nearest.end(), [&](const Candidate& o) { return o.fiber == g && o.across == c.across; });
+    const double reach = cell.pair_law(f, g).reach;
+    const auto known = std::find_if(nearest.begin(), nearest.end(), [&](const Candidate& o) {
+      return o.fiber == g && o.across == c.across && on_one_leg(cell, o, c, reach);
+    });
     if (known == nearest.end()) {
       nearest.push_back(c);
     } else if (distance2 < known->distance2) {

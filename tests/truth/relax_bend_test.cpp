@@ -54,6 +54,42 @@ TEST(relax_bend, force_passes_steadily_through_the_inside_of_a_sharp_turn) {
   EXPECT_NEAR(SharpTurn(8 * d).force_on_weft() / largest, 0, 1e-9);
 }
 
+/// Force along x on a straight weft between the two legs of a warp that turns around high above it, legs `apart` from the middle at 8 d.
+double force_between_legs(double apart, double weft_x) {
+  relax::Cell cell = empty_cell(16 * d, 16 * d);
+  relax::CellFiber warp;
+  const double left = 8 * d - apart, right = 8 * d + apart;
+  for (int k = 0; k < 4; ++k) warp.x.push_back({k * 0.25 * left, 0, 0});
+  for (int k = 0; k <= 8; ++k) warp.x.push_back({left, 0, k * d});
+  warp.x.push_back({8 * d, 0, 8 * d + apart});
+  for (int k = 8; k >= 0; --k) warp.x.push_back({right, 0, k * d});
+  for (int k = 1; k < 4; ++k) warp.x.push_back({right + k * 0.25 * (16 * d - right), 0, 0});
+  for (std::size_t k = 0; k < warp.x.size(); ++k) {
+    const Vec3 next = k + 1 < warp.x.size() ? warp.x[k + 1] : Vec3(warp.x[0] + Vec3(16 * d, 0, 0));
+    warp.rest_length.push_back((next - warp.x[k]).norm());
+  }
+  std::vector<Vec3> x;
+  relax::add_fiber(cell, warp, x);
+  relax::add_fiber(cell, straight_fiber(cell, true, {weft_x, 0, 4.3 * d}, 8, 1, 0), x);
+  const Eigen::VectorXd q = relax::unknowns_at(cell, x);
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(q.size());
+  relax::contact_energy(cell, relax::find_contacts(cell, q, 0.3 * d), q, {&gradient, nullptr, false});
+  double force = 0;
+  for (std::uint32_t i = cell.first[1]; i < cell.first[2]; ++i) force -= gradient[3 * Eigen::Index{i}];
+  return force;
+}
+
+TEST(relax_bend, fiber_between_two_legs_of_another_touches_both) {
+  const auto by_one_leg = [](double overlap) { return force_between_legs(2 * d, 8 * d - 2 * d + d - overlap); };
+  const double one = by_one_leg(0.02 * d);
+  ASSERT_GT(one, 0);
+  for (const double aside : {-0.01, -0.003, 0.0, 0.004, 0.01}) {
+    SCOPED_TRACE(aside);
+    const double both = by_one_leg((0.02 - aside) * d) - by_one_leg((0.02 + aside) * d);
+    EXPECT_NEAR(force_between_legs(0.98 * d, (8 + aside) * d) / one, both / one, 1e-9);
+  }
+}
+
 TEST(relax_bend, hessian_has_room_for_a_point_that_runs_around_a_bend) {
   // A warp in short spans around a radius of d, and close to its center a weft that is askew: from one point of the weft's span to the next
   // the closest point of the warp runs on by more than one of the warp's spans.
