@@ -397,6 +397,7 @@ class Minimization {
   /// One step of Newton's method, and more with its factor. True if there is nothing more to do.
   bool step() {
     const double gradient_before = gradient_max(gradient_), energy_before = result_.energy.sum();
+    if (!std::isfinite(energy_before) || !gradient_.allFinite()) return true;
     if (gradient_before < (1 - gradient_fall) * at_.gradient_least ||
         energy_before < at_.energy_least - energy_fall * std::abs(energy_before)) {
       at_.gradient_least = std::min(at_.gradient_least, gradient_before);
