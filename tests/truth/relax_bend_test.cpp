@@ -14,6 +14,16 @@ using weave::Vec3;
 
 constexpr double d = 1e-4;  ///< fiber diameter [m]
 
+/// Force of contact along x on the second fiber of a cell [N].
+double force_on_weft_of(const relax::Cell& cell, const std::vector<Vec3>& x) {
+  const Eigen::VectorXd q = relax::unknowns_at(cell, x);
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(q.size());
+  relax::contact_energy(cell, relax::find_contacts(cell, q, 0.3 * d), q, {&gradient, nullptr, false});
+  double force = 0;
+  for (std::uint32_t i = cell.first[1]; i < cell.first[2]; ++i) force -= gradient[3 * Eigen::Index{i}];
+  return force;
+}
+
 /// A warp that turns by about 100 degrees at one node, on the inside of the turn a straight weft that touches it.
 struct SharpTurn {
   relax::Cell cell = empty_cell(16 * d, 16 * d);
@@ -28,14 +38,7 @@ struct SharpTurn {
     relax::add_fiber(cell, warp, x);
     relax::add_fiber(cell, straight_fiber(cell, true, {weft_x, 0, -0.02 * d}, 8, 1, 0), x);
   }
-  [[nodiscard]] double force_on_weft() const {
-    const Eigen::VectorXd q = relax::unknowns_at(cell, x);
-    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(q.size());
-    relax::contact_energy(cell, relax::find_contacts(cell, q, 0.3 * d), q, {&gradient, nullptr, false});
-    double force = 0;
-    for (std::uint32_t i = cell.first[1]; i < cell.first[2]; ++i) force -= gradient[3 * Eigen::Index{i}];
-    return force;
-  }
+  [[nodiscard]] double force_on_weft() const { return force_on_weft_of(cell, x); }
 };
 
 TEST(relax_bend, force_passes_steadily_through_the_inside_of_a_sharp_turn) {
@@ -71,12 +74,7 @@ double force_between_legs(double apart, double weft_x) {
   std::vector<Vec3> x;
   relax::add_fiber(cell, warp, x);
   relax::add_fiber(cell, straight_fiber(cell, true, {weft_x, 0, 4.3 * d}, 8, 1, 0), x);
-  const Eigen::VectorXd q = relax::unknowns_at(cell, x);
-  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(q.size());
-  relax::contact_energy(cell, relax::find_contacts(cell, q, 0.3 * d), q, {&gradient, nullptr, false});
-  double force = 0;
-  for (std::uint32_t i = cell.first[1]; i < cell.first[2]; ++i) force -= gradient[3 * Eigen::Index{i}];
-  return force;
+  return force_on_weft_of(cell, x);
 }
 
 TEST(relax_bend, fiber_between_two_legs_of_another_touches_both) {
