@@ -122,7 +122,7 @@ class Minimization {
       at_.first_order = {};
       at_.newton = true;
       find_contacts_anew();
-      renew_pattern(result_.q);
+      renew_pattern(list_);
       evaluate();
       noted_ = result_.wall;
       note(0, false);
@@ -163,7 +163,7 @@ class Minimization {
   void certify_state() {
     at_.lengths_free = true;
     if (!hessian_ || !shares_settled()) find_contacts_anew();
-    if (!hessian_) renew_pattern(result_.q);
+    if (!hessian_) renew_pattern(list_);
     evaluate();
     Certificate& c = result_.certificate;
     c = {};
@@ -236,7 +236,7 @@ class Minimization {
   /// Contact list, Hessian and gradient of a state in Newton's method.
   void take_up_newton() {
     list_ = contacts_at(at_.list_at);
-    renew_pattern(at_.pattern_at);
+    renew_pattern(contacts_at(at_.pattern_at));
     evaluate();
   }
 
@@ -259,11 +259,11 @@ class Minimization {
            std::all_of(list_.contacts.begin(), list_.contacts.end(), [](const SpanContact& c) { return c.share == 0.5; });
   }
 
-  /// The pattern of the Hessian, with room for the contacts at a state. It may outlast the contact list.
-  void renew_pattern(const Eigen::VectorXd& q) {
+  /// The pattern of the Hessian, with room for the contacts where a list was built, which it may outlast.
+  void renew_pattern(const ContactList& list) {
     const Timed timed(result_.wall.analysis);
-    at_.pattern_at = q;
-    hessian_.emplace(hessian_for(cell_, contacts_at(q), q));
+    at_.pattern_at = list.built_at;
+    hessian_.emplace(hessian_for(cell_, list, list.built_at));
     cholesky_ = std::make_unique<Cholesky>(*hessian_);
     result_.factor_nonzeros = cholesky_->nonzeros();
     ++result_.analyses;
@@ -288,7 +288,7 @@ class Minimization {
       if (hessian_->complete()) break;
       if (attempt > 0) throw std::logic_error("minimize: contacts outside the pattern that was made for them");
       find_contacts_anew();
-      renew_pattern(result_.q);
+      renew_pattern(list_);
     }
     force_of_pins_ = gradient_;
     release_pins_from(gradient_);
@@ -389,7 +389,7 @@ class Minimization {
       if (damping.bound.complete()) return damping;
       if (attempt > 0) throw std::logic_error("minimize: fibers that nearly touch outside the pattern that was made for them");
       find_contacts_anew();
-      renew_pattern(result_.q);
+      renew_pattern(list_);
       evaluate();
     }
   }
