@@ -15,6 +15,7 @@
 #include "relax/energy.hpp"
 #include "relax/report.hpp"
 #include "spline.hpp"
+#include "yarn_fibers.hpp"
 
 namespace relax {
 namespace {
@@ -27,13 +28,13 @@ constexpr double overlap_allowed = 0.1;  ///< [fiber diameters]
 constexpr double overlap_margin = 1.1;   ///< over what fibers are pressed together at the end: forces are not quite there yet
 
 /// Fibers of one yarn.
-struct YarnFibers {
+struct FibersOfYarn {
   std::uint32_t begin, end;
   [[nodiscard]] int count() const { return static_cast<int>(end - begin); }
 };
 
-std::vector<YarnFibers> yarns_of(const Cell& cell) {
-  std::vector<YarnFibers> yarns;
+std::vector<FibersOfYarn> yarns_of(const Cell& cell) {
+  std::vector<FibersOfYarn> yarns;
   for (std::uint32_t f = 0; f < cell.fibers(); ++f) {
     if (yarns.empty() || cell.yarn[f] != cell.yarn[yarns.back().begin]) yarns.push_back({f, f});
     yarns.back().end = f + 1;
@@ -42,7 +43,7 @@ std::vector<YarnFibers> yarns_of(const Cell& cell) {
 }
 
 /// Solid of a yarn's fibers over the length of its period [m^2].
-double solid_section(const Cell& cell, const Eigen::VectorXd& q, const YarnFibers& yarn) {
+double solid_section(const Cell& cell, const Eigen::VectorXd& q, const FibersOfYarn& yarn) {
   constexpr int pieces = 8;  // of a span
   double solid = 0;
   for (std::uint32_t f = yarn.begin; f < yarn.end; ++f) {
@@ -58,7 +59,7 @@ double solid_section(const Cell& cell, const Eigen::VectorXd& q, const YarnFiber
 }
 
 /// Mean distance of each fiber of a yarn from the yarn's mean axis [m].
-std::vector<double> distance_from_axis(const Cell& cell, const Eigen::VectorXd& q, const YarnFibers& yarn) {
+std::vector<double> distance_from_axis(const Cell& cell, const Eigen::VectorXd& q, const FibersOfYarn& yarn) {
   constexpr int stations = 16;
   std::vector<double> distance(static_cast<std::size_t>(yarn.count()), 0);
   for (int k = 0; k < stations; ++k) {
@@ -74,8 +75,9 @@ std::vector<double> distance_from_axis(const Cell& cell, const Eigen::VectorXd& 
   return distance;
 }
 
-/// How many finer fibers each fiber of a yarn splits into; as many for all that go on in one another.
-std::vector<int> share_out(const Cell& cell, const Eigen::VectorXd& q, const YarnFibers& yarn, int fibers) {
+/// How many finer fibers each fiber of a yarn splits into: as many for all that go on in one another, if the number can be shared out so.
+/// Where it does not divide, the fibers nearest to the yarn's middle take one more.
+std::vector<int> share_out(const Cell& cell, const Eigen::VectorXd& q, const FibersOfYarn& yarn, int fibers) {
   const int coarse = yarn.count();
   if (fibers < coarse) {
     throw std::invalid_argument("refine: yarn " + std::to_string(cell.yarn[yarn.begin]) + " has " + std::to_string(coarse) +
@@ -113,8 +115,11 @@ std::vector<int> share_out(const Cell& cell, const Eigen::VectorXd& q, const Yar
     }
   }
   if (from[left] == none) {
-    throw std::invalid_argument("refine: the fibers of yarn " + std::to_string(cell.yarn[yarn.begin]) + " go on in one another so that " +
-                                std::to_string(fibers) + " finer ones can not be shared out to them");
+    std::vector<std::size_t> order(parts.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::stable_sort(order, {}, [&](std::size_t i) { return distance[i]; });
+    for (std::size_t k = 0; k < left; ++k) ++parts[order[k]];
+    return parts;
   }
   for (std::size_t n = left; n > 0;) {
     const Loop& loop = loops[static_cast<std::size_t>(from[n])];
@@ -134,26 +139,56 @@ Eigen::Vector2d place_of(int j, int n, double radius, double finer_radius) {
   return {r * std::cos(j * golden), r * std::sin(j * golden)};
 }
 
-/// A finer fiber beside a coarse one, with points of its axis in place of nodes, and the strains of its bars.
-CellFiber beside(const Cell& cell, const Eigen::VectorXd& q, std::uint32_t f, const std::vector<double>& coarse_strain,
-                 const Eigen::Vector2d& place, double spacing, std::vector<double>& strain) {
+/// A finer fiber beside a coarse one.
+struct FinerFiber {
+  std::vector<Vec3> points;    ///< of its axis, the last one where it ends a period after the first [m]
+  std::vector<double> strain;  ///< of the bar from each point but the last
+  double length = 0;           ///< rest length of the coarse fiber [m]
+};
+
+FinerFiber beside(const Cell& cell, const Eigen::VectorXd& q, std::uint32_t f, const std::vector<double>& coarse_strain,
+                  const Eigen::Vector2d& place, double spacing) {
   const std::uint32_t spans = cell.nodes_of(f);
-  double length = 0;
-  for (std::uint32_t i = cell.first[f]; i < cell.first[f + 1]; ++i) length += cell.rest_length[i];
-  const int count = std::max<int>(3, static_cast<int>(std::lround(length / spacing)));
   const Vec3 across = cell.weft[f] ? Vec3::UnitX() : Vec3::UnitY();
-  CellFiber fiber;
+  const auto point = [&](std::uint32_t node, double share) {
+    const Span span(cell, q, node);
+    const Vec3 t = span.tangent(share).normalized();
+    const Vec3 n = (across - across.dot(t) * t).normalized(), b = t.cross(n);
+    return Vec3(span.point(share) + place.x() * n + place.y() * b);
+  };
+  FinerFiber fiber;
+  for (std::uint32_t i = cell.first[f]; i < cell.first[f + 1]; ++i) fiber.length += cell.rest_length[i];
+  const int count = std::max<int>(3, static_cast<int>(std::lround(fiber.length / spacing)));
   for (int k = 0; k < count; ++k) {
     const double at = static_cast<double>(k) / count * spans;
     const auto number = static_cast<std::uint32_t>(at);
-    const Span span(cell, q, cell.first[f] + number);
-    const Vec3 t = span.tangent(at - number).normalized();
-    const Vec3 n = (across - across.dot(t) * t).normalized(), b = t.cross(n);
-    fiber.x.push_back(span.point(at - number) + place.x() * n + place.y() * b);
-    strain.push_back(coarse_strain[cell.first[f] + number]);
+    fiber.points.push_back(point(cell.first[f] + number, at - number));
+    fiber.strain.push_back(coarse_strain[cell.first[f] + number]);
   }
-  fiber.rest_length.assign(fiber.x.size(), length / count);  // until the axes are laid
+  fiber.points.push_back(point(cell.first[cell.next[f]], 0) + cell.period(f, q));
   return fiber;
+}
+
+/// Lets the finer fibers of a yarn go on in one another, each in the one that begins nearest to where it ends, and spreads the gaps over
+/// them; where a coarse fiber has as many parts as the one that it goes on in, there are none. Returns the fiber that each goes on in.
+std::vector<std::size_t> close(std::vector<FinerFiber>& fibers, const Vec3& period) {
+  std::vector<Vec3> starts, ends;
+  for (const FinerFiber& fiber : fibers) {
+    starts.push_back(fiber.points.front());
+    ends.push_back(fiber.points.back());
+  }
+  std::vector<std::size_t> next = fibers_that_go_on(starts, ends, period);
+  std::vector<Vec3> before(fibers.size()), after(fibers.size());  // gap at each fiber's start and end
+  for (std::size_t f = 0; f < fibers.size(); ++f) before[next[f]] = after[f] = starts[next[f]] + period - ends[f];
+  for (std::size_t f = 0; f < fibers.size(); ++f) {
+    std::vector<Vec3>& points = fibers[f].points;
+    const auto last = static_cast<double>(points.size() - 1);
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      const double share = static_cast<double>(k) / last;
+      points[k] += 0.5 * (share * after[f] - (1 - share) * before[f]);
+    }
+  }
+  return next;
 }
 
 }  // namespace
@@ -177,7 +212,7 @@ std::pair<Cell, std::vector<Vec3>> refine(const Cell& coarse, const Eigen::Vecto
   std::map<std::pair<std::uint16_t, int>, std::uint16_t> type_of;  // by coarse type and fibers of the coarse yarn
   std::vector<std::uint32_t> next;
   std::vector<Vec3> x;
-  for (const YarnFibers& yarn : yarns_of(coarse)) {
+  for (const FibersOfYarn& yarn : yarns_of(coarse)) {
     const std::vector<int> parts = share_out(coarse, q, yarn, fibers);
     const double share = static_cast<double>(yarn.count()) / fibers;
     const auto [type, is_new] = type_of.try_emplace({coarse.type[yarn.begin], yarn.count()}, static_cast<std::uint16_t>(cell.types.size()));
@@ -190,25 +225,29 @@ std::pair<Cell, std::vector<Vec3>> refine(const Cell& coarse, const Eigen::Vecto
     }
     const double radius = coarse.types[coarse.type[yarn.begin]].radius, finer_radius = cell.types[type->second].radius;
     const double spacing = element_length * 2 * finer_radius;
-    std::vector<std::uint32_t> start;  // of each coarse fiber's parts
-    auto number = static_cast<std::uint32_t>(cell.fibers());
-    for (const int n : parts) {
-      start.push_back(number);
-      number += static_cast<std::uint32_t>(n);
-    }
-    int place = 0;
+    std::vector<FinerFiber> finer;
+    std::vector<std::uint32_t> coarse_fiber;
     for (std::uint32_t f = yarn.begin; f < yarn.end; ++f) {
       const int n = parts[f - yarn.begin];
       for (int j = 0; j < n; ++j) {
-        CellFiber fiber = beside(coarse, q, f, coarse_strain, place_of(j, n, radius, finer_radius), spacing, strain);
-        fiber.weft = coarse.weft[f] != 0;
-        fiber.type = type->second;
-        fiber.yarn = coarse.yarn[f];
-        fiber.place = place++;
-        fiber.tension = coarse.tension[f] * share;
-        add_fiber(cell, fiber, x);
-        next.push_back(start[coarse.next[f] - yarn.begin] + static_cast<std::uint32_t>(j));
+        finer.push_back(beside(coarse, q, f, coarse_strain, place_of(j, n, radius, finer_radius), spacing));
+        coarse_fiber.push_back(f);
       }
+    }
+    const auto first = static_cast<std::uint32_t>(cell.fibers());
+    for (const std::size_t f : close(finer, coarse.period(yarn.begin, q))) next.push_back(first + static_cast<std::uint32_t>(f));
+    for (std::size_t i = 0; i < finer.size(); ++i) {
+      const std::uint32_t f = coarse_fiber[i];
+      CellFiber fiber;
+      fiber.x.assign(finer[i].points.begin(), finer[i].points.end() - 1);
+      fiber.rest_length.assign(fiber.x.size(), finer[i].length / static_cast<double>(fiber.x.size()));  // until the axes are laid
+      fiber.weft = coarse.weft[f] != 0;
+      fiber.type = type->second;
+      fiber.yarn = coarse.yarn[f];
+      fiber.place = static_cast<int>(i);
+      fiber.tension = coarse.tension[f] * share;
+      add_fiber(cell, fiber, x);
+      strain.insert(strain.end(), finer[i].strain.begin(), finer[i].strain.end());
     }
   }
   finish_types(cell);
@@ -219,7 +258,7 @@ std::pair<Cell, std::vector<Vec3>> refine(const Cell& coarse, const Eigen::Vecto
 
 RefinementCheck check_refinement(const Cell& coarse, const Eigen::VectorXd& q, const Cell& fine, const Eigen::VectorXd& q_fine) {
   RefinementCheck check;
-  const std::vector<YarnFibers> before = yarns_of(coarse), after = yarns_of(fine);
+  const std::vector<FibersOfYarn> before = yarns_of(coarse), after = yarns_of(fine);
   for (std::size_t i = 0; i < before.size(); ++i) {
     const double ratio = solid_section(fine, q_fine, after.at(i)) / solid_section(coarse, q, before[i]);
     if (std::abs(ratio - 1) > std::abs(check.area_ratio - 1)) check.area_ratio = ratio;

@@ -11,9 +11,10 @@ namespace relax {
 /// diameters of the finer fibers. Each coarse fiber splits into about as many finer ones, of the same solid area together, that run
 /// beside it: evenly spread over its section (Vogel 1979), half a finer radius from its surface or more, in a frame that keeps the
 /// direction of the cell's other axis, so that they keep their neighbors along the yarn, close where it closes and stay on their side of
-/// the fibers that it touches. Coarse fibers nearest to the yarn's middle take one more where the number does not divide. Radii shrink by
-/// sqrt(coarse / fine), as do forces and bending stiffness by coarse / fine. The finer fibers may overlap at first. Throws
-/// std::invalid_argument if a yarn has more fibers already, or if fibers that go on in one another leave no way to share out the number.
+/// the fibers that it touches. Coarse fibers nearest to the yarn's middle take one more where the number does not divide; those that go on
+/// in one another take as many, if that can be shared out; if not, each finer fiber goes on in the one that begins nearest to where it
+/// ends, and the gap is spread over a period of both. Radii shrink by sqrt(coarse / fine), as do forces and bending stiffness by coarse /
+/// fine. The finer fibers may overlap at first. Throws std::invalid_argument if a yarn has more fibers already.
 std::pair<Cell, std::vector<Vec3>> refine(const Cell& coarse, const Eigen::VectorXd& q, int fibers, double element_length);
 
 /// How well finer fibers stand for coarse ones.
