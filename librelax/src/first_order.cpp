@@ -24,8 +24,7 @@ constexpr double way_limit = 0.1;    ///< of a node in one step [smallest diamet
 constexpr int metric_interval = 10;  ///< steps for which M is kept, unless the motion turns uphill before
 constexpr double list_skin =
     1.5;  ///< of the contact list [largest fiber diameters]: nodes go far, and what does not touch costs next to nothing
-constexpr double gradient_fall = 0.1;  ///< of its least value: what counts as coming down
-constexpr double regular = 1e-6;       ///< added to M: of the reference tension over the diameter, for slack fibers that nothing holds
+constexpr double regular = 1e-6;  ///< added to M: of the reference tension over the diameter, for slack fibers that nothing holds
 
 /// M with its factor.
 class Metric {
@@ -69,7 +68,7 @@ FirstOrderEnd calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins,
     state.list_at = result.q;
     state.time_step = step_first;
     state.mixing = mixing_first;
-    state.gradient_least = state.energy_least = 1e300;
+    state.descent = {};
   }
   Eigen::VectorXd& v = state.velocity;
   ContactList list = find_contacts(cell, state.list_at, list_skin * d_max, options.first_order_sampling);
@@ -101,14 +100,8 @@ FirstOrderEnd calm_down(const Cell& cell, const std::vector<Eigen::Index>& pins,
     const bool deep = contacts.overlap_max > options.first_order_overlap;
     const double wanted = deep ? std::min(tolerance, options.first_order_tolerance_least) : tolerance;
     if (gradient_max <= wanted || !std::isfinite(energy)) return FirstOrderEnd::near;
-    if (gradient_max < (1 - gradient_fall) * state.gradient_least ||
-        energy < state.energy_least - options.first_order_energy_fall * std::abs(energy)) {
-      state.gradient_least = std::min(state.gradient_least, gradient_max);
-      state.energy_least = std::min(state.energy_least, energy);
-      state.least_at = state.step;
-    } else if (state.step - state.least_at >= options.first_order_patience) {
-      return FirstOrderEnd::stagnated;
-    }
+    state.descent.note(gradient_max, energy, options.first_order_energy_fall);
+    if (state.descent.fruitless >= options.first_order_patience) return FirstOrderEnd::stagnated;
 
     stage = Clock::now();
     const Eigen::VectorXd pull = metric.solve(-gradient);  // M^-1 F

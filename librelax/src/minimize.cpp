@@ -46,8 +46,9 @@ constexpr double shift_least = 1e-6;  ///< for slack fibers that nothing holds [
 constexpr double damping_least = 1e-6, damping_most = 1e6;
 constexpr double damping_after_failure = 1e-2, damping_when_indefinite = 8, damping_when_nowhere = 16;  ///< the least; factors
 constexpr int steps_by_factor = 60;                                                                     ///< at most, before it is made anew
-constexpr int patience = 50;  ///< factors without the gradient or the energy coming down, after which it is given up
-constexpr double gradient_fall = 0.1, energy_fall = 1e-7;  ///< of their least values: what counts as coming down
+constexpr int patience = 50;           ///< factors without the gradient or the energy coming down, after which it is given up
+constexpr double gradient_fall = 0.1;  ///< of its least value: what counts as coming down
+constexpr double energy_fall = 1e-7;   ///< likewise, in Newton's method
 constexpr double worn_out = 1e-3;      ///< share of the first predicted fall in energy, from which on a factor is not used further
 constexpr int halvings_by_factor = 6;  ///< of a step by a factor that is kept
 constexpr double poor_share = 0.25;    ///< of a step: less of it a few times in a row, and the factor is made anew
@@ -398,14 +399,8 @@ class Minimization {
   bool step() {
     const double gradient_before = gradient_max(gradient_), energy_before = result_.energy.sum();
     if (!std::isfinite(energy_before) || !gradient_.allFinite()) return true;
-    if (gradient_before < (1 - gradient_fall) * at_.gradient_least ||
-        energy_before < at_.energy_least - energy_fall * std::abs(energy_before)) {
-      at_.gradient_least = std::min(at_.gradient_least, gradient_before);
-      at_.energy_least = std::min(at_.energy_least, energy_before);
-      at_.fruitless = 0;
-    } else if (++at_.fruitless > patience) {
-      return true;
-    }
+    at_.descent.note(gradient_before, energy_before, energy_fall);
+    if (at_.descent.fruitless > patience) return true;
     if (!at_.lengths_free && gradient_before <= release_below) {
       at_.lengths_free = true;
       if (still_.size() > pins_.size()) {
@@ -569,6 +564,16 @@ MinimizeState start_at(const Cell& cell, const Eigen::VectorXd& q, const Minimiz
 }
 
 }  // namespace
+
+void Descent::note(double gradient, double energy, double fall) {
+  if (gradient < (1 - gradient_fall) * gradient_least || energy < energy_least - fall * std::abs(energy)) {
+    gradient_least = std::min(gradient_least, gradient);
+    energy_least = std::min(energy_least, energy);
+    fruitless = 0;
+  } else {
+    ++fruitless;
+  }
+}
 
 double reference_tension(const Cell& cell, const Eigen::VectorXd& q) {
   const double prescribed = cell.tension.empty() ? 0 : *std::max_element(cell.tension.begin(), cell.tension.end());

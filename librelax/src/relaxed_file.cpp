@@ -17,15 +17,29 @@ const std::string refinement_path = "/run/refinement";  ///< older checkpoints l
 auto numbers_of(auto& s) {
   auto& w = s.stages;
   auto& f = s.first_order;
-  return std::array{&s.reference_tension, &s.tolerance,    &f.time_step, &f.mixing, &f.gradient_least, &f.energy_least,       &s.damping,
-                    &s.gradient_least,    &s.energy_least, &s.wall,      &w.search, &w.assembly,       &w.first_order_metric, &w.analysis,
-                    &w.factorization,     &w.solution};
+  return std::array{&s.reference_tension,
+                    &s.tolerance,
+                    &f.time_step,
+                    &f.mixing,
+                    &f.descent.gradient_least,
+                    &f.descent.energy_least,
+                    &s.damping,
+                    &s.descent.gradient_least,
+                    &s.descent.energy_least,
+                    &s.wall,
+                    &w.search,
+                    &w.assembly,
+                    &w.first_order_metric,
+                    &w.analysis,
+                    &w.factorization,
+                    &w.solution};
 }
 
 /// And to its counters.
 auto counters_of(auto& s) {
   auto& f = s.first_order;
-  return std::array{&s.steps_left, &s.iterations_left, &f.step, &f.downhill, &f.least_at, &s.fruitless, &s.analyses, &s.factorizations};
+  return std::array{&s.steps_left,        &s.iterations_left,   &f.step,     &f.downhill,
+                    &f.descent.fruitless, &s.descent.fruitless, &s.analyses, &s.factorizations};
 }
 
 /// And to its flags.

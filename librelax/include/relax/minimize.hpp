@@ -57,6 +57,15 @@ struct MinimizeProgress {
   double wall = 0;           ///< since the start [s]
 };
 
+/// How a minimization comes down: its least gradient and energy so far, and for how long neither has fallen clearly.
+struct Descent {
+  double gradient_least = 1e300, energy_least = 1e300;
+  int fruitless = 0;  ///< times that neither did
+
+  /// Takes note of where it is. What counts is a gradient a tenth below the least one, or an energy that share below the least one.
+  void note(double gradient, double energy, double fall);
+};
+
 /// What the first-order phase keeps from step to step, beside the positions.
 struct FirstOrderState {
   int step = 0;              ///< made; 0: at the start
@@ -64,8 +73,7 @@ struct FirstOrderState {
   Eigen::VectorXd list_at;   ///< unknowns at which the contact list was built
   double time_step = 0, mixing = 0;
   int downhill = 0;  ///< steps since the motion last turned uphill
-  int least_at = 0;  ///< step at which the gradient or the energy last came down
-  double gradient_least = 0, energy_least = 0;
+  Descent descent;
 };
 
 struct StageWall {
@@ -86,8 +94,7 @@ struct MinimizeState {
   Eigen::VectorXd list_at, pattern_at;  ///< unknowns at which the contact list and the pattern of the Hessian were built
   double damping = 1;                   ///< share of the bound on the Hessian that is added to it
   bool lengths_free = false;            ///< free lengths of the cell move; before, the rest has to be near its minimum
-  double gradient_least = 1e300, energy_least = 1e300;
-  int fruitless = 0;  ///< factors since the gradient or the energy last came down
+  Descent descent;                      ///< by factors
 
   int analyses = 0, factorizations = 0;
   StageWall stages;
