@@ -7,10 +7,12 @@
 #include <chrono>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <stdexcept>
 
 #include "cap.hpp"
+#include "part_intermixed.hpp"
 #include "relax/surface_file.hpp"
 #include "rings.hpp"
 #include "separate.hpp"
@@ -104,6 +106,23 @@ YarnSection measure_section(const YarnSide& side, const Station& station, std::s
   return s;
 }
 
+/// How far a fiber's surface may lie within another yarn where these are moved apart as they are [fiber diameters]: its axis lies outside.
+constexpr double intrusion_max = 0.5;
+/// Of a yarn's fibers, how much may be left to other yarns where these are intermixed [of their length].
+constexpr double stray_max = 0.02;
+
+/// Largest share of a yarn's fibers whose axes lie within other yarns' sides [of their length].
+double most_astray(const std::vector<YarnFibers>& yarns, const std::vector<YarnSide>& sides, const Lattice& lattice) {
+  std::vector<double> astray(yarns.size(), 0);
+  for (const Intrusion& i : find_intrusions(yarns, sides, lattice))
+    if (i.axis_inside) astray[i.side_a] += i.length;
+  double most = 0;
+  for (std::size_t y = 0; y < yarns.size(); ++y) {
+    most = std::max(most, astray[y] / std::accumulate(yarns[y].length.begin(), yarns[y].length.end(), 0.0));
+  }
+  return most;
+}
+
 /// Largest distance of a point of the last ring from its image on the first [m].
 double face_mismatch(const YarnEnvelope& e, std::size_t turn) {
   double largest = 0;
@@ -132,13 +151,16 @@ Envelopes envelopes_of(const weave::Snapshot& cell, const EnvelopeOptions& optio
   result.wall.sections = clock.lap();
 
   std::vector<YarnSide> before = sides;
-  double diameter = INFINITY;
-  for (const YarnSide& side : sides) diameter = std::min(diameter, side.diameter);
+  const double diameter = std::ranges::min(sides, {}, &YarnSide::diameter).diameter;
   const Lattice lattice{cell.x_max - cell.x_min, cell.cell_width};
-  constexpr double intrusion_max = 0.5;  // of a fiber's surface, in diameters: its axis would lie within the other yarn's surface
-  if (const std::optional<Intrusion> deepest = deepest_intrusion(periodic.yarns, sides, lattice)) {
-    result.intrusion = deepest->depth / diameter;
-    if (result.intrusion > intrusion_max) throw std::runtime_error(describe(*deepest, sides));
+  if (std::vector<Intrusion> intrusions = find_intrusions(periodic.yarns, sides, lattice); !intrusions.empty()) {
+    const Intrusion deepest = std::ranges::max(intrusions, {}, &Intrusion::depth);
+    result.intrusion = deepest.depth / diameter;
+    for (const Intrusion& overlap : find_overlaps(sides, lattice)) intrusions.push_back(overlap);
+    std::erase_if(intrusions, [&](const Intrusion& i) { return i.depth <= intrusion_max * diameter; });
+    if (!intrusions.empty()) part_intermixed(periodic.yarns, sides, lattice, intrusions);
+    result.stray_share = most_astray(periodic.yarns, sides, lattice);
+    if (result.stray_share > stray_max) throw std::runtime_error(describe(deepest, sides));
   }
   if (const std::optional<Intrusion> left = separate_yarns(sides, lattice, options.gap * diameter))
     throw std::runtime_error(describe(*left, sides));

@@ -83,6 +83,7 @@ std::string envelope_summary_json(const weave::Snapshot& cell, const EnvelopeOpt
   j["thickness_m"] = measures.thickness;
   j["lean"] = envelopes.lean;
   j["intrusion"] = envelopes.intrusion;
+  j["stray_share"] = envelopes.stray_share;
   j["face_mismatch_largest"] = envelopes.face_mismatch;
   j["edge_length"] = options.edge_length;
   j["edge_length_m"] = options.edge_length_m;

@@ -13,6 +13,7 @@ namespace {
 
 using Boxes = std::vector<std::vector<Box>>;     ///< (sides x items)
 using Vectors = std::vector<std::vector<Vec3>>;  ///< (sides x points)
+using Normals = std::vector<SideNormals>;        ///< (sides)
 using Edge = std::array<std::uint32_t, 2>;
 
 /// A triangle or an edge of a yarn's periodic image, which is moved by whole cells along x and y.
@@ -91,19 +92,33 @@ std::vector<Neighbors> find_neighbors(const std::vector<YarnSide>& sides, const 
 struct Above {
   double height = INFINITY;  ///< of the point above it; < 0: within [m]
   Vec3 normal = Vec3::Zero();
-  std::size_t side = 0;
+  std::size_t side = 0;       ///< that it belongs to
+  Vec3 shift = Vec3::Zero();  ///< of its image [m]
 };
 
+/// Normal of a triangle's side where a place on it tells within from outside.
+const Vec3& telling_normal(const SideNormals& normals, const YarnSide& side, std::size_t triangle, const PointOnTriangle& place) {
+  constexpr double on_edge = 1e-12;  // share of the corner opposite
+  const auto& share = place.share;
+  for (std::size_t c = 0; c < 3; ++c)
+    if (share[(c + 1) % 3] < on_edge && share[(c + 2) % 3] < on_edge) return normals.corner[side.own(side.triangles[triangle][c])];
+  for (std::size_t c = 0; c < 3; ++c)
+    if (share[(c + 2) % 3] < on_edge) return normals.edge[triangle][c];
+  return normals.triangle[triangle];
+}
+
+/// Above the sides of which pieces have been found, as far as these are nearer than `reach` [m].
 Above height_of(const Vec3& x, const std::vector<YarnSide>& sides, const Lattice& lattice, const Neighbors& near, std::size_t item,
-                const Vectors& normals) {
+                const Normals& normals, double reach) {
   Above deepest;
   for (std::uint32_t n = near.first[item]; n < near.first[item + 1];) {
     const Piece start = near.pieces[n];
     const YarnSide& other = sides[start.side];
-    double least = INFINITY;
+    double least = reach * reach;
     Vec3 away = Vec3::Zero();
     PointOnTriangle at{Vec3::Zero(), {}};
-    const std::array<std::uint32_t, 3>* triangle = nullptr;
+    Vec3 shift = Vec3::Zero();
+    std::uint32_t triangle = 0;
     for (; n < near.first[item + 1]; ++n) {
       const Piece& piece = near.pieces[n];
       if (piece.side != start.side || (other.weft ? piece.i != start.i : piece.j != start.j)) break;
@@ -115,19 +130,22 @@ Above height_of(const Vec3& x, const std::vector<YarnSide>& sides, const Lattice
       least = distance;
       away = here - c.x;
       at = c;
-      triangle = &t;
+      shift = x - here;
+      triangle = piece.index;
     }
+    if (least >= reach * reach) continue;
+    const SideNormals& of = normals[start.side];
+    const double height = std::copysign(std::sqrt(least), telling_normal(of, other, triangle, at).dot(away));
+    if (height >= deepest.height) continue;
     Vec3 normal = Vec3::Zero();
-    for (std::size_t c = 0; c < 3; ++c) normal += at.share[c] * normals[start.side][other.own((*triangle)[c])];
-    normal.normalize();
-    const double height = std::copysign(std::sqrt(least), normal.dot(away));
-    if (height < deepest.height) deepest = {height, normal, start.side};
+    for (std::size_t c = 0; c < 3; ++c) normal += at.share[c] * of.smooth[other.own(other.triangles[triangle][c])];
+    deepest = {height, normal.normalized(), start.side, shift};
   }
   return deepest;
 }
 
-Vectors normals_of(const std::vector<YarnSide>& sides) {
-  Vectors normals;
+Normals normals_of(const std::vector<YarnSide>& sides) {
+  Normals normals;
   for (const YarnSide& side : sides) normals.push_back(side.normals());
   return normals;
 }
@@ -150,13 +168,13 @@ struct Facing {
 };
 
 std::optional<Facing> facing_edges(const std::vector<YarnSide>& sides, const Lattice& lattice, std::size_t side, const Edge& own,
-                                   const Piece& piece, const Edge& other_edge, const Vectors& normals) {
+                                   const Piece& piece, const Edge& other_edge, const Normals& normals) {
   const YarnSide& other = sides[piece.side];
   const Vec3 shift = shift_of(piece, lattice);
   const std::optional<EdgeGap> gap =
       gap_of_edges(sides[side].at(own[0]), sides[side].at(own[1]), other.at(other_edge[0]) + shift, other.at(other_edge[1]) + shift);
   if (!gap) return std::nullopt;
-  const std::vector<Vec3>& of = normals[piece.side];
+  const std::vector<Vec3>& of = normals[piece.side].smooth;
   const Vec3 normal = ((1 - gap->share_b) * of[other.own(other_edge[0])] + gap->share_b * of[other.own(other_edge[1])]).normalized();
   const double distance = gap->between.norm(), along = normal.dot(gap->between);
   if (std::abs(along) < 0.5 * distance) return std::nullopt;  // beside rather than above one another
@@ -201,7 +219,7 @@ class Separation {
     }
     constexpr int rounds_max = 60;
     for (int round = 0; round < rounds_max; ++round) {
-      const Vectors normals = normals_of(sides_);
+      const Normals normals = normals_of(sides_);
       Vectors move(sides_.size());
       double largest = 0;
       worst_ = {};
@@ -210,14 +228,14 @@ class Separation {
         move[s].assign(side.x.size(), Vec3::Zero());
         for (std::size_t p = 0; p < side.x.size(); ++p) {
           if (near[s].first[p] == near[s].first[p + 1] || clear_until[s][p] > travelled) continue;
-          const Above above = height_of(side.x[p], sides_, lattice_, near[s], p, normals);
+          const Above above = height_of(side.x[p], sides_, lattice_, near[s], p, normals, reach);
           height_[s][p] = std::min(above.height, reach);
           clear_until[s][p] = travelled + 0.5 * (height_[s][p] - gap_);
           if (above.height >= gap_) continue;
           const double lack = aim() - above.height;
           move[s][p] = push(side, p, lack, above.normal);
           largest = std::max(largest, move[s][p].norm());
-          if (lack > worst_.depth) worst_ = {s, above.side, side.x[p], lack};
+          if (lack > worst_.depth) worst_ = {s, above.side, side.x[p], lack, above.shift};
         }
       }
       if (worst_.depth == 0) return true;
@@ -245,7 +263,7 @@ class Separation {
     Intrusion first;
     constexpr int rounds_max = 40;
     for (int round = 0; round < rounds_max; ++round) {
-      const Vectors normals = normals_of(sides_);
+      const Normals normals = normals_of(sides_);
       Vectors move(sides_.size());
       worst_ = {};
       for (std::size_t s = 0; s < sides_.size(); ++s) {
@@ -303,11 +321,10 @@ class Separation {
 
 }  // namespace
 
-std::optional<Intrusion> deepest_intrusion(const std::vector<YarnFibers>& yarns, const std::vector<YarnSide>& sides,
-                                           const Lattice& lattice) {
+std::vector<Intrusion> find_intrusions(const std::vector<YarnFibers>& yarns, const std::vector<YarnSide>& sides, const Lattice& lattice) {
   Boxes boxes(sides.size());
   Vectors points(sides.size());
-  std::vector<std::vector<double>> radius(sides.size());
+  std::vector<std::vector<double>> radius(sides.size()), length(sides.size());
   double reach = 0;
   for (std::size_t s = 0; s < sides.size(); ++s) {
     reach = std::max(reach, 1.5 * sides[s].diameter);
@@ -317,20 +334,40 @@ std::optional<Intrusion> deepest_intrusion(const std::vector<YarnFibers>& yarns,
         points[s].push_back(yarns[s].at(f, static_cast<double>(k) / count));
         boxes[s].emplace_back(points[s].back());
         radius[s].push_back(yarns[s].radius[f]);
+        length[s].push_back(yarns[s].length[f] / count);
       }
     }
   }
   const std::vector<Neighbors> near = find_neighbors(sides, lattice, boxes, boxes_of_triangles(sides), reach);
-  const Vectors normals = normals_of(sides);
-  Intrusion deepest;
+  const Normals normals = normals_of(sides);
+  std::vector<Intrusion> intrusions;
   for (std::size_t s = 0; s < sides.size(); ++s)
     for (std::size_t p = 0; p < points[s].size(); ++p) {
       if (near[s].first[p] == near[s].first[p + 1]) continue;
-      const Above above = height_of(points[s][p], sides, lattice, near[s], p, normals);
+      const Above above = height_of(points[s][p], sides, lattice, near[s], p, normals, reach);
       const double depth = radius[s][p] - above.height;
-      if (depth > deepest.depth) deepest = {s, above.side, points[s][p], depth};
+      if (depth > 0) intrusions.push_back({s, above.side, points[s][p], depth, above.shift, above.height < 0, length[s][p]});
     }
-  return deepest.depth > 0 ? std::optional(deepest) : std::nullopt;
+  return intrusions;
+}
+
+std::vector<Intrusion> find_overlaps(const std::vector<YarnSide>& sides, const Lattice& lattice) {
+  Boxes boxes(sides.size());
+  double reach = 0;
+  for (std::size_t s = 0; s < sides.size(); ++s) {
+    reach = std::max(reach, 1.5 * sides[s].diameter);
+    for (const Vec3& x : sides[s].x) boxes[s].emplace_back(x);
+  }
+  const std::vector<Neighbors> near = find_neighbors(sides, lattice, boxes, boxes_of_triangles(sides), reach);
+  const Normals normals = normals_of(sides);
+  std::vector<Intrusion> overlaps;
+  for (std::size_t s = 0; s < sides.size(); ++s)
+    for (std::size_t p = 0; p < sides[s].x.size(); ++p) {
+      if (near[s].first[p] == near[s].first[p + 1]) continue;
+      const Above above = height_of(sides[s].x[p], sides, lattice, near[s], p, normals, reach);
+      if (above.height < 0) overlaps.push_back({s, above.side, sides[s].x[p], -above.height, above.shift});
+    }
+  return overlaps;
 }
 
 std::optional<Intrusion> separate_yarns(std::vector<YarnSide>& sides, const Lattice& lattice, double gap) {
@@ -345,13 +382,13 @@ double least_distance(const std::vector<YarnSide>& sides, const Lattice& lattice
     edges.push_back(edges_of(sides[s]));
     for (const Edge& e : edges[s]) edge_boxes[s].push_back(box_around(sides[s], e));
   }
-  const Vectors normals = normals_of(sides);
+  const Normals normals = normals_of(sides);
   double least = reach;
   const std::vector<Neighbors> triangles = find_neighbors(sides, lattice, points, boxes_of_triangles(sides), reach);
   for (std::size_t s = 0; s < sides.size(); ++s)
     for (std::size_t p = 0; p < points[s].size(); ++p)
       if (triangles[s].first[p] < triangles[s].first[p + 1])
-        least = std::min(least, std::abs(height_of(sides[s].x[p], sides, lattice, triangles[s], p, normals).height));
+        least = std::min(least, std::abs(height_of(sides[s].x[p], sides, lattice, triangles[s], p, normals, reach).height));
   const std::vector<Neighbors> beside = find_neighbors(sides, lattice, edge_boxes, edge_boxes, reach);
   for (std::size_t s = 0; s < sides.size(); ++s)
     for (std::size_t e = 0; e < edges[s].size(); ++e)

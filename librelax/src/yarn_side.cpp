@@ -1,6 +1,10 @@
 #include "yarn_side.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
 
 namespace relax {
 
@@ -10,14 +14,27 @@ std::vector<Vec3> YarnSide::all() const {
   return points_all;
 }
 
-std::vector<Vec3> YarnSide::normals() const {
-  std::vector<Vec3> result(x.size(), Vec3::Zero());
+SideNormals YarnSide::normals() const {
+  SideNormals n;
+  n.smooth.assign(x.size(), Vec3::Zero());
+  n.corner = n.smooth;
   for (const auto& t : triangles) {
-    const Vec3 a = at(t[0]), twice = (at(t[1]) - a).cross(at(t[2]) - a);
-    for (const std::uint32_t p : t) result[own(p)] += twice;
+    const std::array<Vec3, 3> corner = {at(t[0]), at(t[1]), at(t[2])};
+    const Vec3 twice = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
+    n.triangle.push_back(twice.normalized());
+    for (std::size_t c = 0; c < 3; ++c) {
+      const Vec3 to_next = (corner[(c + 1) % 3] - corner[c]).normalized(), to_last = (corner[(c + 2) % 3] - corner[c]).normalized();
+      n.smooth[own(t[c])] += twice;
+      n.corner[own(t[c])] += std::acos(std::clamp(to_next.dot(to_last), -1.0, 1.0)) * n.triangle.back();
+    }
   }
-  for (Vec3& n : result) n.normalize();
-  return result;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    n.edge.emplace_back();
+    for (std::size_t c = 0; c < 3; ++c) n.edge.back()[c] = (n.triangle[t] + n.triangle[beside[t][c]]).normalized();
+  }
+  for (Vec3& normal : n.smooth) normal.normalize();
+  for (Vec3& normal : n.corner) normal.normalize();
+  return n;
 }
 
 YarnSide join_rings(const YarnFibers& yarn, const Rings& rings) {
@@ -43,6 +60,17 @@ YarnSide join_rings(const YarnFibers& yarn, const Rings& rings) {
         side.triangles.push_back({a, b, c});
         side.triangles.push_back({b, d, c});
       }
+    }
+  }
+  side.beside.resize(side.triangles.size());
+  std::map<std::pair<std::size_t, std::size_t>, std::pair<std::uint32_t, std::size_t>> first;  // triangle and edge by the edge's ends
+  for (std::uint32_t t = 0; t < side.triangles.size(); ++t) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto [low, high] = std::minmax({side.own(side.triangles[t][c]), side.own(side.triangles[t][(c + 1) % 3])});
+      const auto [other, is_new] = first.try_emplace({low, high}, t, c);
+      if (is_new) continue;
+      side.beside[t][c] = other->second.first;
+      side.beside[other->second.first][other->second.second] = t;
     }
   }
   return side;

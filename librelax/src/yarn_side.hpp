@@ -7,6 +7,15 @@
 
 namespace relax {
 
+/// Unit normals of a side, outward.
+struct SideNormals {
+  std::vector<Vec3> smooth;  ///< of the points of the first `rings` rings; those of the faces count both sides
+  // Those with which a point's nearest place on the side tells whether it lies within (Baerentzen & Aanaes 2005).
+  std::vector<Vec3> triangle;
+  std::vector<std::array<Vec3, 3>> edge;  ///< of each triangle, from corner i to the next (triangles)
+  std::vector<Vec3> corner;               ///< at the points of the first `rings` rings, triangles weighted by their angles
+};
+
 /// The side of a yarn's surface, without its caps: a sheet of rings that goes on periodically. Points are numbered ring by ring; those of
 /// the last ring are images of the first's.
 struct YarnSide {
@@ -18,6 +27,7 @@ struct YarnSide {
   std::size_t rings = 0, points = 0, turn = 0;          ///< as in Rings, the last ring left out
   std::vector<Vec3> x;                                  ///< (rings x points) [m]
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< points of rings 0 ... rings
+  std::vector<std::array<std::uint32_t, 3>> beside;     ///< the triangle beyond each edge, from corner i to the next (triangles)
 
   [[nodiscard]] int axis() const { return weft ? 1 : 0; }
   /// The point of the first `rings` rings that a point is or is the image of.
@@ -29,8 +39,7 @@ struct YarnSide {
   }
   /// All points, the last ring among them.
   [[nodiscard]] std::vector<Vec3> all() const;
-  /// Unit normals, outward, of the points of the first `rings` rings; those of the faces count both sides.
-  [[nodiscard]] std::vector<Vec3> normals() const;
+  [[nodiscard]] SideNormals normals() const;
 };
 
 /// The rings joined by triangles across the shorter diagonals.

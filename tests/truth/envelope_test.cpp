@@ -8,8 +8,12 @@
 #include <numbers>
 #include <set>
 
+#include "rings.hpp"
 #include "scenes/bundles.hpp"
+#include "separate.hpp"
 #include "surface_check.hpp"
+#include "yarn_fibers.hpp"
+#include "yarn_side.hpp"
 
 namespace relax {
 namespace {
@@ -202,6 +206,68 @@ TEST(Envelope, IntermixedYarnsAreNamed) {
   } catch (const std::runtime_error& e) {
     EXPECT_THAT(e.what(), AllOf(HasSubstr("warp 0"), HasSubstr("warp 1"), HasSubstr("intermixed"), HasSubstr("fiber diameters at (")));
   }
+}
+
+TEST(Envelope, AYarnThatNestsInAnotherHasItsOwnSurface) {
+  // Five fibers in the shape of a U, and a fiber of another warp in it, on which its other fibers lie: the ball spans the U.
+  weave::Snapshot cell = scenes::empty_unit_cell(1e-3, 2e-3);
+  scenes::add_bundle(cell, {.yarn = 0, .side = 1e-3, .places = {{-2.1, 0}, {0, 0}, {2.1, 0}, {-2.1, 2}, {2.1, 2}}});
+  scenes::add_bundle(cell, {.yarn = 1, .side = 1e-3, .places = {{0, 2}, {0, 4}, {-1.5, 5.4}, {1.5, 5.4}}});
+  const Envelopes envelopes = make_envelopes(cell, {});
+  expect_sound(envelopes, cell);
+  EXPECT_GT(envelopes.intrusion, 0.75);
+  EXPECT_EQ(envelopes.stray_share, 0);
+  EXPECT_GE(envelopes.report.gap_min, 0.05 * diameter);
+  EXPECT_LT(envelopes.report.protrusion_max, 1);  // no fiber's axis lies outside of its own surface
+}
+
+TEST(Envelope, AFiberThatStraysIntoAnotherYarnForAWhileIsLeftThere) {
+  // Two warps side by side; over a tenth of the cell the first's fiber on the right lies where the second's middle one does.
+  weave::Snapshot cell = scenes::empty_unit_cell(6e-3, 2e-3);
+  std::vector<Eigen::Vector2d> right = scenes::hexagon(1);
+  for (Eigen::Vector2d& place : right) place.x() += 6;
+  scenes::add_bundle(cell, {.yarn = 0, .side = 5e-4, .places = scenes::hexagon(1), .nodes = 120});
+  scenes::add_bundle(cell, {.yarn = 1, .side = 5e-4, .places = right, .nodes = 120});
+  std::size_t stray = 0;
+  const auto start_of = [&](std::size_t fiber) { return cell.x[static_cast<std::size_t>(cell.offset[fiber])].y(); };
+  for (std::size_t f = 1; f < 7; ++f)
+    if (start_of(f) > start_of(stray)) stray = f;
+  for (auto i = static_cast<std::size_t>(cell.offset[stray]); i < static_cast<std::size_t>(cell.offset[stray + 1]); ++i) {
+    const double way = (cell.x[i].x() - 3e-3) / 3e-4;
+    cell.x[i].y() += 3 * radius * std::exp(-way * way);
+  }
+  const Envelopes envelopes = make_envelopes(cell, {});
+  expect_sound(envelopes, cell);
+  EXPECT_GT(envelopes.intrusion, 1);
+  EXPECT_GT(envelopes.stray_share, 0);
+  EXPECT_LT(envelopes.stray_share, 0.1 / 7);  // one of its 7 fibers, over a tenth of its length at most
+  EXPECT_GT(envelopes.report.protrusion_max, 1);
+}
+
+/// A straight warp's side over eight rings 0.5 diameters apart; section: counterclockwise along the warp (y, z) [diameters].
+YarnSide straight_side(const std::vector<Eigen::Vector2d>& section) {
+  YarnFibers yarn;
+  yarn.period = Vec3(4 * diameter, 0, 0);
+  yarn.last_face = 4 * diameter;
+  yarn.radius = {radius};
+  Rings rings;
+  rings.stations.resize(8);
+  rings.points = section.size();
+  for (std::size_t k = 0; k < rings.rings(); ++k)
+    for (const Eigen::Vector2d& p : section) rings.x.push_back(diameter * Vec3(0.5 * static_cast<double>(k), p.x(), p.y()));
+  return join_rings(yarn, rings);
+}
+
+TEST(Envelope, WhatLiesBesideABladeIsOutside) {
+  // The triangles above the blade's edge are twenty times as large as those below: a normal that is their mean points up.
+  const YarnSide blade = straight_side({{0, 0}, {-4, 0.7}, {-4, -0.7}, {-0.2, -0.035}});
+  const Lattice lattice{4 * diameter, 20 * diameter};
+  const auto overlaps_at = [&](double y, double z) {
+    const YarnSide probe = straight_side({{y + 0.01, z}, {y, z + 0.01}, {y - 0.01, z}, {y, z - 0.01}});
+    return find_overlaps({blade, probe}, lattice).size();
+  };
+  for (const double angle : {-1.3, -0.8, 0.0, 0.8, 1.3}) EXPECT_EQ(overlaps_at(0.7 * std::cos(angle), 0.7 * std::sin(angle)), 0U) << angle;
+  EXPECT_EQ(overlaps_at(-3, 0.3), 32U);  // all points of the probe
 }
 
 /// A warp of seven fibers of which the last bends away from the others by `radii` in the middle of the cell.

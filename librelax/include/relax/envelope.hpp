@@ -82,6 +82,7 @@ struct Envelopes {
   weave::Snapshot fibers;    ///< that the surfaces hold: those of the cell made periodic, from face to face; without tensions
   double lean = 0;           ///< length of the vector that the cell leaned by and was sheared back, in fiber diameters
   double intrusion = 0;      ///< how far the surface of a fiber lay within another yarn before these were moved apart, in fiber diameters
+  double stray_share = 0;    ///< of the fibers of a yarn, at most: left outside of its surface where yarns are intermixed
   double face_mismatch = 0;  ///< largest distance of fibers that were joined across the faces, in fiber diameters
 };
 
@@ -89,11 +90,13 @@ struct Envelopes {
 ///
 /// Each section is the outline that a ball rolled around the fibers leaves: arcs on the fibers, joined by arcs of the ball. Rings are
 /// evenly spaced along the path of the fibers' centroid, on planes across it, which turn parallel to the faces near these. Where surfaces
-/// of two yarns come nearer than the gap, points of both are moved apart.
+/// of two yarns come nearer than the gap, points of both are moved apart; where yarns are intermixed by more than half a diameter, both
+/// surfaces first go back to where the fibers of both are as dense, so that single fibers may come to lie partly outside.
 ///
 /// A cell whose fibers do not meet across its faces, as a woven one, is sheared upright and what is left spread along each fiber.
 /// Throws std::invalid_argument if the snapshot is not of a unit cell or not periodic, or an option is out of bounds; std::runtime_error
-/// where a fiber has left its yarn, two yarns are intermixed too far for disjoint surfaces, or the fibers allow none within the tolerance,
+/// where a fiber has left its yarn, two yarns are intermixed so that a fiftieth of a yarn's fibers would lie outside of its surface, or the
+/// fibers allow none within the tolerance,
 /// as where yarns press one another. The messages name yarns and fiber, place and size.
 Envelopes make_envelopes(const weave::Snapshot& cell, const EnvelopeOptions& options);
 
