@@ -201,7 +201,7 @@ KillCount kill_and_resume_study(const fs::path& program, const fs::path& folder,
   const auto start = Clock::now();
   if (start_study(program, study, undisturbed).wait_or_kill(for_ever) != 0)
     throw std::runtime_error(fmt::format("{}: the undisturbed study failed; see {}.log", program.string(), undisturbed.string()));
-  const double whole = std::chrono::duration<double>(Clock::now() - start).count();
+  double whole = std::chrono::duration<double>(Clock::now() - start).count();
 
   std::mt19937_64 random(seed);
   KillCount count;
@@ -215,6 +215,7 @@ KillCount kill_and_resume_study(const fs::path& program, const fs::path& folder,
     const int status = start_study(program, study, killed).wait_or_kill(seconds, count.kills % 2 == 1);
     if (status < 0) {
       ++count.kills;
+      if (!has_checkpoint()) whole *= 2;  // the machine has become slower: there must be something to go on from
       return;
     }
     ++count.completed;
