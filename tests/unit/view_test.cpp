@@ -164,6 +164,7 @@ TEST(Plot, TicksAreRoundNumbers) {
   EXPECT_THAT(ticks(0, 1, 5), ElementsAre(0, ::testing::DoubleEq(0.2), ::testing::DoubleEq(0.4), ::testing::DoubleNear(0.6, 1e-15),
                                           ::testing::DoubleEq(0.8), ::testing::DoubleEq(1)));
   EXPECT_THAT(ticks(-3, 7, 3), ElementsAre(0, 5));
+  EXPECT_TRUE(ticks(1, 1 + 1e-15, 5).empty());
   EXPECT_EQ(tick_label(-0.25, 0.05), "\u22120.25");
   EXPECT_EQ(tick_label(1200, 200), "1200");
 }

@@ -44,11 +44,16 @@ void draw_legend(Canvas& canvas, const std::vector<Series>& series, Point right_
   }
 }
 
+/// Whether two values differ by more than rounding.
+bool differ(double low, double high) {
+  return high - low > 1e-9 * std::max(std::abs(low), std::abs(high));
+}
+
 }  // namespace
 
 std::vector<double> ticks(double low, double high, double count) {
   std::vector<double> values;
-  if (!(high > low)) return values;
+  if (!differ(low, high)) return values;
   const double step = tick_step(low, high, count);
   for (double n = std::ceil(low / step - 1e-9); n * step <= high + 1e-9 * step; ++n) values.push_back(n * step);
   return values;
@@ -122,8 +127,8 @@ void draw_plot(Canvas& canvas, const Plot& plot, Point top_left, double width, d
     u_low = std::min(u_low, band);
     u_high = std::max(u_high, band);
   }
-  if (!(u_high > u_low)) u_high = u_low + 1;
-  if (!(v_high > v_low)) v_high = v_low + std::max(1e-9, std::abs(v_low));
+  if (!differ(u_low, u_high)) u_high = u_low + 1;
+  if (!differ(v_low, v_high)) v_high = v_low + std::max(1e-9, std::abs(v_low));
   const bool bars = std::any_of(plot.series.begin(), plot.series.end(), [](const Series& s) { return !s.error.empty(); });
   const double beside = bars ? 0.03 * (u_high - u_low) : 0;  // so that the outermost bars stand free of the frame
   frame.u_min = u_low - beside;

@@ -21,7 +21,7 @@ struct Frame {
   [[nodiscard]] double bottom() const { return top_left.y + height; }
 };
 
-/// Multiples of 1, 2 or 5 times a power of ten within low ... high, about `count` of them.
+/// Multiples of 1, 2 or 5 times a power of ten within low ... high, about `count` of them; none where these differ by rounding alone.
 std::vector<double> ticks(double low, double high, double count);
 
 /// Text of a tick whose neighbors are `step` away: no more digits than tell them apart.
