@@ -172,7 +172,8 @@ class Minimization {
     c.gradient_max = gradient_max(gradient_);
     for (const Eigen::Index pin : pins_)
       c.pin_force_max = std::max(c.pin_force_max, std::abs(force_of_pins_[pin]) / result_.reference_tension);
-    c.positive_definite = factorize(0);
+    c.free_fibers = static_cast<int>(nodes_of_free_fibers().size());
+    c.positive_definite = factorize_as_it_is();
     Eigen::Index at = 0;
     if (c.positive_definite) {
       const Eigen::VectorXd newton = solve();
@@ -347,6 +348,39 @@ class Minimization {
     if (options_.on_progress) options_.on_progress(p);
   }
 
+  /// First nodes of the fibers that touch no other one; of fibers that go on in one another, of one of them.
+  [[nodiscard]] std::vector<std::uint32_t> nodes_of_free_fibers() const {
+    std::vector<std::uint8_t> touched(cell_.fibers(), 0);
+    const std::vector<double> overlaps = overlaps_at(result_.q);
+    const auto touch_loop = [&](std::uint32_t node) {
+      for (std::uint32_t f = cell_.fiber_of[node]; !touched[f]; f = cell_.next[f]) touched[f] = 1;
+    };
+    for (std::size_t i = 0; i < list_.contacts.size(); ++i) {
+      const auto first = overlaps.begin() + static_cast<std::ptrdiff_t>(list_.first_sample[i]);
+      const auto end = overlaps.begin() + static_cast<std::ptrdiff_t>(list_.first_sample[i + 1]);
+      if (std::none_of(first, end, [](double overlap) { return overlap > 0; })) continue;
+      touch_loop(list_.contacts[i].span);
+      touch_loop(list_.contacts[i].other);
+    }
+    std::vector<std::uint32_t> nodes;
+    for (std::size_t f = 0; f < cell_.fibers(); ++f) {
+      if (touched[f]) continue;
+      nodes.push_back(cell_.first[f]);
+      touch_loop(cell_.first[f]);
+    }
+    return nodes;
+  }
+
+  /// Factorizes the Hessian as it is. Fibers that touch nothing, and may lie anywhere, are held by a node each, as the whole cell is.
+  /// Whether it is positive definite.
+  bool factorize_as_it_is() {
+    std::vector<Eigen::Index> held;
+    for (const std::uint32_t node : nodes_of_free_fibers())
+      for (Eigen::Index axis = 0; axis < 3; ++axis) held.push_back(3 * Eigen::Index{node} + axis);
+    hessian_->pin(held, unit());
+    return factorize(0);
+  }
+
   /// Factorizes the Hessian, with as much of a bound on it added as it takes to be positive definite, and as the last steps have shown to
   /// be of use: a Levenberg-Marquardt step in the metric of the bound, in which fibers that are slack or nearly touch resist what would
   /// make them taut or press them together. What makes the Hessian indefinite goes as the bound comes.
@@ -416,7 +450,7 @@ class Minimization {
         note(0, false);
         return false;
       }
-      if (!factorize(0)) return !options_.leave_saddles || !leave_saddle();
+      if (!factorize_as_it_is()) return !options_.leave_saddles || !leave_saddle();
       at_.damping = 0;
       const Eigen::VectorXd newton = solve();
       if (newton.cwiseAbs().maxCoeff() <= options_.step_tolerance * scale_.diameter_min) return true;

@@ -83,6 +83,14 @@ TEST(relax_minimum, certificate_names_a_slack_fiber) {
   EXPECT_THAT(pushed.blocked_by, testing::HasSubstr("not positive definite"));
 }
 
+TEST(relax_minimum, a_fiber_that_touches_nothing_may_lie_anywhere) {
+  // Taut, the weft is held by its own tension but for its place.
+  const relax::Certificate taut = certificate_of_free_weft(0.01);
+  EXPECT_TRUE(taut.converged) << taut.blocked_by;
+  EXPECT_TRUE(taut.positive_definite);
+  EXPECT_EQ(taut.free_fibers, 2);  // the warp touches nothing either
+}
+
 TEST(relax_minimum, newton_is_of_higher_than_first_order_near_the_end) {
   const PosedCell p = plain_weave_cell({.fibers = 1, .pitch = 4e-4}, 0.2, 1);
   relax::MinimizeOptions newton;

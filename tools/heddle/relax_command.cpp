@@ -58,6 +58,7 @@ void print_certificate(const relax::MinimizeResult& r) {
   fmt::print("  gradient {:.2e} of {:.3g} N, Hessian {}positive definite, Newton step {:.2e} d, contacts {}, pins hold {:.2e}\n",
              c.gradient_max, r.reference_tension, c.positive_definite ? "" : "not ", c.newton_step_max,
              c.contacts_steady ? "steady" : "not steady", c.pin_force_max);
+  if (c.free_fibers > 0) fmt::print("  fibers that touch nothing, and may lie anywhere: {}\n", c.free_fibers);
 }
 
 /// What is to be relaxed.

@@ -102,12 +102,14 @@ struct MinimizeState {
 };
 
 /// Proof that a state is a strict minimum of the potential, without friction, but for rigid translations and the sliding of closed fibers
-/// along themselves, which are held by pins: each fiber's first node along its fiber, and one node of the cell along each axis.
+/// along themselves, which are held by pins: each fiber's first node along its fiber, and one node of the cell along each axis, and of each
+/// fiber that touches nothing.
 struct Certificate {
   double gradient_max = 0;         ///< largest component of the gradient over the reference tension, pins left out
   bool positive_definite = false;  ///< the Hessian as it is, pins left out
   bool neutral = false;  ///< it is not, but is with a millionth of the reference tension over the diameter added to its diagonal: a fiber
                          ///< that is slack, or that nothing touches, is not held
+  int free_fibers = 0;   ///< that touch nothing; fibers that go on in one another count as one
   double newton_step_max = 0;    ///< largest component of its Newton step [smallest fiber diameters]
   bool contacts_steady = false;  ///< no contact point opens or closes in that step, from or to farther than the tolerance of the step
   double pin_force_max = 0;      ///< largest force of a pin over the reference tension: what the pins against sliding hold

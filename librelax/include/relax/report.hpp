@@ -44,6 +44,7 @@ void each_finding(C& certificate, F&& f) {
   f("gradient_max", certificate.gradient_max);
   f("positive_definite", certificate.positive_definite);
   f("neutral", certificate.neutral);
+  f("free_fibers", certificate.free_fibers);
   f("newton_step_max", certificate.newton_step_max);
   f("contacts_steady", certificate.contacts_steady);
   f("pin_force_max", certificate.pin_force_max);
