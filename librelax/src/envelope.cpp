@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "cap.hpp"
+#include "fit_faces.hpp"
 #include "part_intermixed.hpp"
 #include "relax/surface_file.hpp"
 #include "rings.hpp"
@@ -134,10 +135,12 @@ double face_mismatch(const YarnEnvelope& e, std::size_t turn) {
 
 /// Envelopes with lengths as they are. unmoved_max: if given, where the largest distance of the surfaces from the fibers before yarns were
 /// moved apart goes [fiber radii].
-Envelopes envelopes_of(const weave::Snapshot& cell, const EnvelopeOptions& options, double* unmoved_max) {
+Envelopes envelopes_of(const weave::Snapshot& given, const EnvelopeOptions& options, double* unmoved_max) {
   Clock clock;
   Envelopes result;
   result.options = options;
+  const bool as_woven = given.beyond.known();  // these have level faces
+  const weave::Snapshot cell = as_woven ? given : with_level_faces(given);
   const PeriodicYarns periodic = periodic_yarns(cell);
   result.fibers = snapshot_of(periodic.yarns, cell);
   result.lean = periodic.lean;

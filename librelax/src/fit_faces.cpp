@@ -1,6 +1,8 @@
 #include "fit_faces.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 #include "yarn_fibers.hpp"
 
@@ -61,6 +63,30 @@ Vec3 lean_of(const weave::Snapshot& s, const std::vector<std::size_t>& next) {
     ++count;
   }
   return count > 0 ? Vec3(lean / count) : lean;
+}
+
+weave::Snapshot with_level_faces(const weave::Snapshot& cell) {
+  constexpr int places = 16;         // along the cell
+  constexpr double as_level = 0.01;  // rise over run: of places that differ by less the first is taken
+  const double length = cell.x_max - cell.x_min;
+  std::array<double, places> steepest{};  // rise over run of the steepest warp at each place
+  for (std::size_t f = 0; f < cell.fibers(); ++f) {
+    for (auto p = cell.offset[f]; !cell.weft[f] && p + 1 < cell.offset[f + 1]; ++p) {
+      const Vec3 along = cell.x[static_cast<std::size_t>(p + 1)] - cell.x[static_cast<std::size_t>(p)];
+      const double from = (cell.x[static_cast<std::size_t>(p)].x() - cell.x_min) / length * places, to = from + along.x() / length * places;
+      for (double k = std::ceil(std::min(from, to)); k <= std::max(from, to); ++k) {
+        double& slope = steepest[static_cast<std::size_t>(k - places * std::floor(k / places))];
+        slope = std::max(slope, along.tail<2>().norm() / std::abs(along.x()));
+      }
+    }
+  }
+  weave::Snapshot moved = cell;
+  if (steepest[0] <= 1) return moved;
+  const double least = std::ranges::min(steepest) + as_level;
+  const auto best = std::ranges::find_if(steepest, [=](double slope) { return slope <= least; }) - steepest.begin();
+  moved.x_min += static_cast<double>(best) / places * length;
+  moved.x_max += static_cast<double>(best) / places * length;
+  return moved;
 }
 
 weave::Snapshot fit_faces(const weave::Snapshot& nodes) {

@@ -17,9 +17,13 @@ weave::Vec3 lean_of(const weave::Snapshot& cell, const std::vector<std::size_t>&
 
 /// The axes of a cell with its first face made to fit its last one. A cell's faces cut a weft column in two. Successive columns of a cloth
 /// differ, wefts by fibers' diameters: warps that cross this column at the last face and, a period before, the one before it at the first,
-/// would lie within its wefts. So from the first face to the gap before the next column, warps take the paths that they have beyond the last face,
-/// where they cross the other half of the same column; within that gap they go over to their own. A cell of which nothing is known beyond
-/// it stays as it is.
+/// would lie within its wefts. So from the first face to the gap before the next column, warps take the paths that they have beyond the
+/// last face, where they cross the other half of the same column; within that gap they go over to their own. A cell of which nothing is
+/// known beyond it stays as it is.
 weave::Snapshot fit_faces(const weave::Snapshot& cell);
+
+/// A cell with its faces along x moved to where its warps run most level, if one of them climbs by more than 45 degrees where it crosses
+/// its own: sections parallel to a face would cut that one at a slant. Needs a cell that is periodic, and does not lean.
+weave::Snapshot with_level_faces(const weave::Snapshot& cell);
 
 }  // namespace relax

@@ -106,6 +106,21 @@ TEST(Envelope, TwistedYarnGoesOnInItsFibers) {
   EXPECT_LT(envelopes.report.distance_max, 0.02);
 }
 
+TEST(Envelope, FacesLieWhereWarpsRunLevel) {
+  // A warp on a sine wave that climbs by 62 degrees at the faces given, and a quarter of the period later not at all.
+  for (const double height : {3e-4, 1e-4}) {
+    SCOPED_TRACE(height);
+    weave::Snapshot cell = scenes::empty_unit_cell(1e-3, 1e-3);
+    scenes::add_bundle(
+        cell,
+        {.side = 5e-4, .height = [=](double along) { return height * std::sin(2 * pi * along / 1e-3); }, .places = {{0, 0}}, .nodes = 64});
+    const Envelopes envelopes = make_envelopes(cell, {});
+    EXPECT_NEAR(envelopes.fibers.x_min - cell.x_min, height > 2e-4 ? 2.5e-4 : 0, 1e-12);
+    EXPECT_DOUBLE_EQ(envelopes.fibers.x_max - envelopes.fibers.x_min, 1e-3);
+    expect_sound(envelopes, envelopes.fibers);
+  }
+}
+
 TEST(Envelope, RibbonTurnsOver) {
   // Half a turn carries a row of fibers into itself, each point of its outline to the far side.
   weave::Snapshot cell = scenes::empty_unit_cell(8e-3, 2e-3);

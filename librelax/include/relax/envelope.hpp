@@ -93,6 +93,7 @@ struct Envelopes {
 /// of two yarns come nearer than the gap, points of both are moved apart; where yarns are intermixed by more than half a diameter, both
 /// surfaces first go back to where the fibers of both are as dense, so that single fibers may come to lie partly outside.
 ///
+/// The faces of a relaxed cell are moved to where its warps run level, if one climbs steeply where it crosses them.
 /// A cell whose fibers do not meet across its faces, as a woven one, is sheared upright and what is left spread along each fiber.
 /// Throws std::invalid_argument if the snapshot is not of a unit cell or not periodic, or an option is out of bounds; std::runtime_error
 /// where a fiber has left its yarn, two yarns are intermixed so that a fiftieth of a yarn's fibers would lie outside of its surface, or the
