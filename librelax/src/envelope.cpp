@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <numeric>
 #include <optional>
@@ -156,12 +157,15 @@ Envelopes envelopes_of(const weave::Snapshot& given, const EnvelopeOptions& opti
   std::vector<YarnSide> before = sides;
   const double diameter = std::ranges::min(sides, {}, &YarnSide::diameter).diameter;
   const Lattice lattice{cell.x_max - cell.x_min, cell.cell_width};
-  if (std::vector<Intrusion> intrusions = find_intrusions(periodic.yarns, sides, lattice); !intrusions.empty()) {
-    const Intrusion deepest = std::ranges::max(intrusions, {}, &Intrusion::depth);
-    result.intrusion = deepest.depth / diameter;
-    for (const Intrusion& overlap : find_overlaps(sides, lattice)) intrusions.push_back(overlap);
-    std::erase_if(intrusions, [&](const Intrusion& i) { return i.depth <= intrusion_max * diameter; });
-    if (!intrusions.empty()) part_intermixed(periodic.yarns, sides, lattice, intrusions);
+  std::vector<Intrusion> places = find_intrusions(periodic.yarns, sides, lattice);
+  Intrusion deepest;
+  for (const Intrusion& place : places)
+    if (place.depth > deepest.depth) deepest = place;
+  result.intrusion = deepest.depth / diameter;
+  std::ranges::copy(find_overlaps(sides, lattice), std::back_inserter(places));
+  std::erase_if(places, [&](const Intrusion& place) { return place.depth <= intrusion_max * diameter; });
+  if (!places.empty()) {
+    part_intermixed(periodic.yarns, sides, lattice, places);
     result.stray_share = most_astray(periodic.yarns, sides, lattice);
     if (result.stray_share > stray_max) throw std::runtime_error(describe(deepest, sides));
   }

@@ -66,8 +66,8 @@ Vec3 lean_of(const weave::Snapshot& s, const std::vector<std::size_t>& next) {
 }
 
 weave::Snapshot with_level_faces(const weave::Snapshot& cell) {
-  constexpr int places = 16;         // along the cell
-  constexpr double as_level = 0.01;  // rise over run: of places that differ by less the first is taken
+  constexpr int places = 16;                    // along the cell
+  constexpr double steep = 1, as_level = 0.01;  // rise over run; of places that differ by less the first is taken
   const double length = cell.x_max - cell.x_min;
   std::array<double, places> steepest{};  // rise over run of the steepest warp at each place
   for (std::size_t f = 0; f < cell.fibers(); ++f) {
@@ -81,7 +81,7 @@ weave::Snapshot with_level_faces(const weave::Snapshot& cell) {
     }
   }
   weave::Snapshot moved = cell;
-  if (steepest[0] <= 1) return moved;
+  if (steepest[0] <= steep) return moved;
   const double least = std::ranges::min(steepest) + as_level;
   const auto best = std::ranges::find_if(steepest, [=](double slope) { return slope <= least; }) - steepest.begin();
   moved.x_min += static_cast<double>(best) / places * length;
