@@ -172,8 +172,8 @@ class Minimization {
     c.gradient_max = gradient_max(gradient_);
     for (const Eigen::Index pin : pins_)
       c.pin_force_max = std::max(c.pin_force_max, std::abs(force_of_pins_[pin]) / result_.reference_tension);
-    c.free_fibers = static_cast<int>(nodes_of_free_fibers().size());
-    c.positive_definite = factorize_as_it_is();
+    c.free_fibers = hold_free_fibers();
+    c.positive_definite = factorize(0);
     Eigen::Index at = 0;
     if (c.positive_definite) {
       const Eigen::VectorXd newton = solve();
@@ -371,14 +371,14 @@ class Minimization {
     return nodes;
   }
 
-  /// Factorizes the Hessian as it is. Fibers that touch nothing, and may lie anywhere, are held by a node each, as the whole cell is.
-  /// Whether it is positive definite.
-  bool factorize_as_it_is() {
+  /// Holds fibers that touch nothing, and may lie anywhere, by a node each, as the whole cell is. Returns their number.
+  int hold_free_fibers() {
+    const std::vector<std::uint32_t> nodes = nodes_of_free_fibers();
     std::vector<Eigen::Index> held;
-    for (const std::uint32_t node : nodes_of_free_fibers())
+    for (const std::uint32_t node : nodes)
       for (Eigen::Index axis = 0; axis < 3; ++axis) held.push_back(3 * Eigen::Index{node} + axis);
     hessian_->pin(held, unit());
-    return factorize(0);
+    return static_cast<int>(nodes.size());
   }
 
   /// Factorizes the Hessian, with as much of a bound on it added as it takes to be positive definite, and as the last steps have shown to
@@ -450,7 +450,8 @@ class Minimization {
         note(0, false);
         return false;
       }
-      if (!factorize_as_it_is()) return !options_.leave_saddles || !leave_saddle();
+      hold_free_fibers();
+      if (!factorize(0)) return !options_.leave_saddles || !leave_saddle();
       at_.damping = 0;
       const Eigen::VectorXd newton = solve();
       if (newton.cwiseAbs().maxCoeff() <= options_.step_tolerance * scale_.diameter_min) return true;

@@ -235,7 +235,7 @@ class Separation {
           const double lack = aim() - above.height;
           move[s][p] = push(side, p, lack, above.normal);
           largest = std::max(largest, move[s][p].norm());
-          if (lack > worst_.depth) worst_ = {s, above.side, side.x[p], lack, above.shift};
+          if (lack > worst_.depth) worst_ = {s, above.side, side.x[p], lack};
         }
       }
       if (worst_.depth == 0) return true;
@@ -319,55 +319,54 @@ class Separation {
   Intrusion worst_;
 };
 
-}  // namespace
+/// A ball that belongs to a yarn.
+struct Probe {
+  Vec3 x;
+  double radius = 0, length = 0;  ///< length: of fiber that it stands for [m]
+};
 
-std::vector<Intrusion> find_intrusions(const std::vector<YarnFibers>& yarns, const std::vector<YarnSide>& sides, const Lattice& lattice) {
+/// Where balls (sides x balls) lie within the sides of other yarns.
+std::vector<Intrusion> intrusions_of(const std::vector<std::vector<Probe>>& probes, const std::vector<YarnSide>& sides,
+                                     const Lattice& lattice) {
   Boxes boxes(sides.size());
-  Vectors points(sides.size());
-  std::vector<std::vector<double>> radius(sides.size()), length(sides.size());
   double reach = 0;
   for (std::size_t s = 0; s < sides.size(); ++s) {
     reach = std::max(reach, 1.5 * sides[s].diameter);
-    for (std::size_t f = 0; f < yarns[s].size(); ++f) {
-      const auto count = static_cast<int>(std::ceil(2 * yarns[s].length[f] / sides[s].diameter));
-      for (int k = 0; k < count; ++k) {
-        points[s].push_back(yarns[s].at(f, static_cast<double>(k) / count));
-        boxes[s].emplace_back(points[s].back());
-        radius[s].push_back(yarns[s].radius[f]);
-        length[s].push_back(yarns[s].length[f] / count);
-      }
-    }
+    for (const Probe& probe : probes[s]) boxes[s].emplace_back(probe.x);
   }
   const std::vector<Neighbors> near = find_neighbors(sides, lattice, boxes, boxes_of_triangles(sides), reach);
   const Normals normals = normals_of(sides);
   std::vector<Intrusion> intrusions;
   for (std::size_t s = 0; s < sides.size(); ++s)
-    for (std::size_t p = 0; p < points[s].size(); ++p) {
+    for (std::size_t p = 0; p < probes[s].size(); ++p) {
       if (near[s].first[p] == near[s].first[p + 1]) continue;
-      const Above above = height_of(points[s][p], sides, lattice, near[s], p, normals, reach);
-      const double depth = radius[s][p] - above.height;
-      if (depth > 0) intrusions.push_back({s, above.side, points[s][p], depth, above.shift, above.height < 0, length[s][p]});
+      const Probe& probe = probes[s][p];
+      const Above above = height_of(probe.x, sides, lattice, near[s], p, normals, reach);
+      const double depth = probe.radius - above.height;
+      if (depth > 0) intrusions.push_back({s, above.side, probe.x, depth, above.shift, above.height < 0, probe.length});
     }
   return intrusions;
 }
 
-std::vector<Intrusion> find_overlaps(const std::vector<YarnSide>& sides, const Lattice& lattice) {
-  Boxes boxes(sides.size());
-  double reach = 0;
+}  // namespace
+
+std::vector<Intrusion> find_intrusions(const std::vector<YarnFibers>& yarns, const std::vector<YarnSide>& sides, const Lattice& lattice) {
+  std::vector<std::vector<Probe>> probes(sides.size());
   for (std::size_t s = 0; s < sides.size(); ++s) {
-    reach = std::max(reach, 1.5 * sides[s].diameter);
-    for (const Vec3& x : sides[s].x) boxes[s].emplace_back(x);
-  }
-  const std::vector<Neighbors> near = find_neighbors(sides, lattice, boxes, boxes_of_triangles(sides), reach);
-  const Normals normals = normals_of(sides);
-  std::vector<Intrusion> overlaps;
-  for (std::size_t s = 0; s < sides.size(); ++s)
-    for (std::size_t p = 0; p < sides[s].x.size(); ++p) {
-      if (near[s].first[p] == near[s].first[p + 1]) continue;
-      const Above above = height_of(sides[s].x[p], sides, lattice, near[s], p, normals, reach);
-      if (above.height < 0) overlaps.push_back({s, above.side, sides[s].x[p], -above.height, above.shift});
+    for (std::size_t f = 0; f < yarns[s].size(); ++f) {
+      const auto count = static_cast<int>(std::ceil(2 * yarns[s].length[f] / sides[s].diameter));
+      for (int k = 0; k < count; ++k)
+        probes[s].push_back({yarns[s].at(f, static_cast<double>(k) / count), yarns[s].radius[f], yarns[s].length[f] / count});
     }
-  return overlaps;
+  }
+  return intrusions_of(probes, sides, lattice);
+}
+
+std::vector<Intrusion> find_overlaps(const std::vector<YarnSide>& sides, const Lattice& lattice) {
+  std::vector<std::vector<Probe>> probes(sides.size());
+  for (std::size_t s = 0; s < sides.size(); ++s)
+    for (const Vec3& x : sides[s].x) probes[s].push_back({x});
+  return intrusions_of(probes, sides, lattice);
 }
 
 std::optional<Intrusion> separate_yarns(std::vector<YarnSide>& sides, const Lattice& lattice, double gap) {

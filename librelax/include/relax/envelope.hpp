@@ -97,8 +97,7 @@ struct Envelopes {
 /// A cell whose fibers do not meet across its faces, as a woven one, is sheared upright and what is left spread along each fiber.
 /// Throws std::invalid_argument if the snapshot is not of a unit cell or not periodic, or an option is out of bounds; std::runtime_error
 /// where a fiber has left its yarn, two yarns are intermixed so that a fiftieth of a yarn's fibers would lie outside of its surface, or the
-/// fibers allow none within the tolerance,
-/// as where yarns press one another. The messages name yarns and fiber, place and size.
+/// fibers allow none within the tolerance, as where yarns press one another. The messages name yarns and fiber, place and size.
 Envelopes make_envelopes(const weave::Snapshot& cell, const EnvelopeOptions& options);
 
 /// The summary as JSON text, keys with units. `blocked_by`: what keeps a relaxed cell from being a certified minimum, else empty; wall time
