@@ -46,6 +46,12 @@ class QuietErrors {
   void* data_ = nullptr;
 };
 
+/// To be called before all else of HDF5. At exit it would close a file again that a full disk has kept it from closing, and crash; here
+/// each file is closed by its owner.
+void leave_exit_alone() {
+  [[maybe_unused]] static const herr_t once = H5dont_atexit();
+}
+
 /// Innermost entry of HDF5's error stack: the cause.
 std::string cause_of_error() {
   std::string cause;
@@ -137,6 +143,7 @@ Hdf5File::~Hdf5File() {
 }
 
 Hdf5File Hdf5File::create(const std::filesystem::path& file) {
+  leave_exit_alone();
   const QuietErrors quiet;
   const hid_t id = H5Fcreate(part_of(file).c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
   if (id < 0) fail(file, "", "cannot create the file");
@@ -145,6 +152,7 @@ Hdf5File Hdf5File::create(const std::filesystem::path& file) {
 
 Hdf5File Hdf5File::open(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file)) throw std::runtime_error(file.string() + ": no such file");
+  leave_exit_alone();
   const QuietErrors quiet;
   const hid_t id = H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
   if (id < 0) fail(file, "", "cannot open as an HDF5 file");

@@ -4,10 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -135,7 +135,7 @@ TEST_F(ResultsTest, ErrorsNameFileAndCause) {
 }
 
 TEST_F(ResultsTest, FullDiskIsTheCauseTold) {
-  // In a process of its own, which the limit and HDF5's memory of the failure end with.
+  // In a process of its own, which the limit ends with; it goes through all that is done at exit.
   const auto write_within_limit = [&](auto&& write) {
     const rlimit limit = {4096, 4096};
     setrlimit(RLIMIT_FSIZE, &limit);
@@ -144,9 +144,9 @@ TEST_F(ResultsTest, FullDiskIsTheCauseTold) {
       write();
     } catch (const std::runtime_error& error) {
       std::fputs(error.what(), stderr);
-      _exit(3);
+      std::exit(3);
     }
-    _exit(0);
+    std::exit(0);
   };
   const weave::Snapshot cloth = weave::make_synthetic_cloth({});
   EXPECT_EXIT(write_within_limit([&] {
