@@ -88,6 +88,19 @@ TEST_F(EnvelopeCommand, leaves_no_old_summary_beside_new_files) {
   for (const auto& entry : std::filesystem::directory_iterator(folder / "envelope")) EXPECT_NE(entry.path().extension(), ".part");
 }
 
+TEST_F(EnvelopeCommand, leaves_no_files_of_another_cell) {
+  const std::filesystem::path output = folder / "envelope";
+  std::filesystem::create_directory(output);
+  for (const char* file : {"warp_77_sections.csv", "warp_77.off", "weft_78.stl", "yarns.tg3", "warp_77.txt", "notes.csv"})
+    std::ofstream(output / file) << "old";
+  write_relaxed("");
+  ASSERT_EQ(run(false), 0);
+  for (const char* gone : {"warp_77_sections.csv", "warp_77.off", "weft_78.stl", "yarns.tg3"})
+    EXPECT_FALSE(std::filesystem::exists(output / gone)) << gone;
+  for (const char* kept : {"warp_77.txt", "notes.csv", "warp_0.off", "yarns.off"})
+    EXPECT_TRUE(std::filesystem::exists(output / kept)) << kept;
+}
+
 TEST_F(EnvelopeCommand, takes_a_woven_cell) {
   weave::write_results(folder / "cell.vtkhdf",
                        {relax::snapshot_of(start.cell, start.unknowns()), {}, weave::to_toml(plain_weave(weave)), "test"});

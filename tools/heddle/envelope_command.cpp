@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <regex>
 #include <stdexcept>
 
 #include "heddle/edge_length.hpp"
@@ -44,6 +45,17 @@ std::string expect_converged(const std::filesystem::path& file, bool accepted) {
 
 std::string name_of(const relax::YarnEnvelope& e) {
   return fmt::format("{}_{}", e.weft ? "weft" : "warp", e.yarn);
+}
+
+/// Takes away what the surfaces of another cell, or other formats, have left in a folder. The summary first, which comes last: none stands
+/// beside new files.
+void remove_old(const std::filesystem::path& output) {
+  std::filesystem::remove(output / "summary.json");
+  static const std::regex of_yarns(R"((warp|weft)_\d+(_sections\.csv|\.(stl|obj|ply|off|vtp))|yarns\.(stl|obj|ply|off|vtp|tg3))");
+  std::vector<std::filesystem::path> old;
+  for (const auto& entry : std::filesystem::directory_iterator(output))
+    if (std::regex_match(entry.path().filename().string(), of_yarns)) old.push_back(entry.path());
+  for (const std::filesystem::path& file : old) std::filesystem::remove(file);
 }
 
 weave::Table section_table(const relax::YarnEnvelope& e) {
@@ -122,7 +134,7 @@ int envelope_command(const EnvelopeCommandOptions& options) {
 
   const std::filesystem::path output = options.output.empty() ? file.parent_path() / "envelope" : options.output;
   std::filesystem::create_directories(output);
-  std::filesystem::remove(output / "summary.json");  // it comes last: no old one stands beside new files
+  remove_old(output);
   std::vector<NamedSurface> surfaces;
   std::vector<weave::Table> tables;
   for (const relax::YarnEnvelope& e : envelopes.yarns) {
