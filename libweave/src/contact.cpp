@@ -82,7 +82,7 @@ inline Slip slip_of(const Model& m, const FiberGeometry& g, const Place& a, cons
   const auto rate = [&](const Place& at) { return span_at(m, m.fiber_of[at.span], at.span, g.v, Vec3::Zero()); };
   const Span rate_a = rate(a), rate_b = rate(b);
   const Vec3 relative = rate_a.point(a.u) - rate_b.point(b.u);
-  slip.t_b = g.span[b.span].tangent(b.u);
+  slip.t_b = g.span(m, m.fiber_of[b.span], b.span).tangent(b.u);
   const double inverse_b = 1 / slip.t_b.norm();
   slip.t_b *= inverse_b;
   slip.arm_b = distance * inverse_b;
@@ -92,7 +92,7 @@ inline Slip slip_of(const Model& m, const FiberGeometry& g, const Place& a, cons
     slip.along_a = dt * (relative.dot(slip.t_a) + distance * g.turn[a.span]);
     return slip;
   }
-  slip.t_a = g.span[a.span].tangent(a.u);
+  slip.t_a = g.span(m, m.fiber_of[a.span], a.span).tangent(a.u);
   const double inverse_a = 1 / slip.t_a.norm();
   slip.t_a *= inverse_a;
   slip.arm_a = distance * inverse_a;
@@ -175,10 +175,11 @@ inline double push(const ContactTarget& at, const PairLaw& law, const AxisPoint&
 inline bool push_samples_on_span(const ContactTarget& at, const LineContact& c, Touch& touch, double explained, const PairLaw& law,
                                  double weight, Reaction& reaction, NormalSum& sum, ContactSums& sums) {
   const FiberGeometry& g = at.g;
-  const Span &a = g.span[c.node], &b = g.span[c.span];
+  const Model& m = at.model;
+  const Span a = g.span(m, at.fiber, c.node), b = g.span(m, m.fiber_of[c.span], c.span);
   Vec3 start = a.middle - b.middle;
-  start.y() -= c.image * at.model.period_y;
-  const Samples u = double{c.at} + sample_offsets / at.model.points[at.fiber];
+  start.y() -= c.image * m.period_y;
+  const Samples u = double{c.at} + sample_offsets / m.points[at.fiber];
   const Vectors<samples> from_middle = Vectors<samples>::on_curve(start, a.slope, a.curve, u);
   const NearnessCubic<double> cubic = nearness_cubic(b);
   const Samples along = from_middle.dot(b.slope), steep = cubic.slope2 - from_middle.dot(b.curve);
@@ -214,16 +215,18 @@ inline bool push_samples_on_span(const ContactTarget& at, const LineContact& c, 
 inline NormalSum push_samples(const ContactTarget& at, const LineContact& c, Touch& touch, double explained, const PairLaw& law,
                               double weight, std::span<Reaction, 2> reaction, ContactSums& sums) {
   const FiberGeometry& g = at.g;
+  const Model& m = at.model;
   NormalSum sum;
   if (push_samples_on_span(at, c, touch, explained, law, weight, reaction[0], sum, sums)) return sum;
-  const double cell = 1.0 / at.model.points[at.fiber];
+  const Span point_span = g.span(m, at.fiber, c.node);
+  const double cell = 1.0 / m.points[at.fiber];
   std::array<AxisPoint, samples> nearest;
   std::array<std::uint32_t, samples> span;
   double nearest2 = std::numeric_limits<double>::infinity();
   for (int k = 0; k < samples; ++k) {
     span[k] = c.span;
     std::int32_t image = c.image;
-    nearest[k] = walk_to_point(at.model, g, g.span[c.node].point(c.at + sample_offsets[k] * cell), span[k], image);
+    nearest[k] = walk_to_point(m, g, point_span.point(c.at + sample_offsets[k] * cell), span[k], image);
     nearest2 = std::min(nearest2, nearest[k].distance2);
   }
   sum.gap = std::sqrt(nearest2) - law.reach;
@@ -257,7 +260,7 @@ void line_contact(const ContactTarget& at, FiberPairs& pairs, const std::optiona
   // If they were apart: how far they can be inside one another now.
   const double inside_at_most = c.asleep_until != 0 ? g.travel[p] + g.travel[c.span] - c.asleep_until : law.reach;
   c.asleep_until = 0;
-  const AxisPoint q = nearest ? *nearest : walk_to_point(m, g, contact_point(g, c), c.span, c.image);
+  const AxisPoint q = nearest ? *nearest : walk_to_point(m, g, contact_point(m, g, c), c.span, c.image);
   const bool one_yarn = pair.meets_at_nodes, on_reed = pair.on_reed;
   const double weight = pair.share_of_points * (one_yarn ? m.tributary[p] : m.point_length[at.fiber]);
   if (has_met(m, before, c) || (other == at.fiber && within_own_bend(m, at.fiber, c.node, c.span, c.image))) {
@@ -303,7 +306,7 @@ void line_contact(const ContactTarget& at, FiberPairs& pairs, const std::optiona
   if (reaction[0].active && !reaction[1].active) {
     on_a.u = normal.u_a / normal.size;
     on_b.u = normal.u_b / normal.size;
-    apart = g.span[p].point(on_a.u) - g.span[c.span].point(on_b.u);
+    apart = g.span(m, at.fiber, p).point(on_a.u) - g.span(m, other, c.span).point(on_b.u);
     apart.y() -= c.image * m.period_y;
   }
   const double arm = apart.norm();
@@ -334,7 +337,7 @@ void line_contact(const ContactTarget& at, FiberPairs& pairs, const std::optiona
     if (at.with_energy) sums.friction_store += stored_in(touch);
   }
   if (!touches) return;
-  at.force[p] += normal.force;
+  add_span_force(m, at.fiber, p, normal.force, at.force);
   add_stiffness(m, g, at.fiber, p, on_a.u, felt, at.stiffness);
   if (!reaction[1].active) {
     reaction[0].stiffness = felt;
@@ -353,7 +356,7 @@ void node_contact(const ContactTarget& at, LineContact& c, Touch& touch, Reactio
   const std::uint32_t p = c.node, other = c.span;
   Vec3 r = g.x[p] - g.x[other];
   r.y() -= c.image * m.period_y;
-  const Vec3 t = g.span[other].slope.normalized(), t_p = g.span[p].slope.normalized();
+  const Vec3 t = g.span(m, m.fiber_of[other], other).slope.normalized(), t_p = g.span(m, at.fiber, p).slope.normalized();
   const Vec3 to_p = r - r.dot(t_p) * t_p;
   const Vec3 to_q = r - r.dot(t) * t;
   const double distance = to_p.norm();
@@ -383,7 +386,7 @@ void node_contact(const ContactTarget& at, LineContact& c, Touch& touch, Reactio
     along_and_sideways.springs.add(friction * kn, t);
     return along_and_sideways;
   };
-  at.force[p].add_to_node(on_node);
+  at.force[p] += on_node;
   felt(to_p).add_to(at.stiffness[p], 1, 1);
   reaction = {{}, felt(to_q), 0, other, true};
   reaction.force.add_to_node(on_other);
@@ -412,7 +415,7 @@ AwakeContacts next_awake(const FiberGeometry& g, const ActiveContacts& active, s
     const LineContact& c = active.line[i];
     if (g.reach_ahead[c.node] + g.reach_ahead[c.span] < c.asleep_until) continue;
     awake.number[awake.count++] = i;
-    fetch(g.span[c.span]);
+    fetch(g.x[c.span]);
     fetch(g.v[c.span]);
   }
   return awake;
@@ -455,8 +458,8 @@ double touch_reach(const Model& m, std::uint32_t fiber, std::uint32_t other) {
   return m.pair_law(fiber, other).reach + (meets_at_nodes(m, fiber, other) ? 0 : last_offset * m.point_length[fiber]);
 }
 
-Vec3 contact_point(const FiberGeometry& g, const LineContact& c) {
-  return g.span[c.node].point(c.at);
+Vec3 contact_point(const Model& m, const FiberGeometry& g, const LineContact& c) {
+  return g.span(m, m.fiber_of[c.node], c.node).point(c.at);
 }
 
 bool within_own_bend(const Model& m, std::uint32_t fiber, std::uint32_t node, std::uint32_t span, std::int32_t image) {
@@ -467,9 +470,10 @@ bool within_own_bend(const Model& m, std::uint32_t fiber, std::uint32_t node, st
 }
 
 AxisPoint walk_to_point(const Model& m, const FiberGeometry& g, const Vec3& point, std::uint32_t& span, std::int32_t& image) {
+  const std::uint32_t fiber = m.fiber_of[span];
   int way = 0;
   for (int i = 0;; ++i) {
-    const Span& s = g.span[span];
+    const Span s = g.span(m, fiber, span);
     Vec3 from_middle = point - s.middle;
     from_middle.y() -= image * m.period_y;
     double u = nearest_on_span(s, from_middle);
@@ -491,7 +495,7 @@ AxisPoint walk_to_point(const Model& m, const FiberGeometry& g, const Vec3& poin
 }
 
 ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry, std::uint32_t fiber, double dt, bool with_energy,
-                              ContactList& contacts, std::span<SpanForce> force, std::span<DirectionalStiffness> stiffness,
+                              ContactList& contacts, std::span<Vec3> force, std::span<DirectionalStiffness> stiffness,
                               std::span<double> couple) {
   ContactSums sums;
   const ContactTarget at{model, geometry, fiber, dt, with_energy, force, stiffness, couple};
@@ -547,7 +551,7 @@ ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry,
 }
 
 NodeRange gather_reactions(const Model& model, const FiberGeometry& geometry, const ContactList& contacts, std::uint32_t fiber,
-                           std::span<SpanForce> force, std::span<DirectionalStiffness> stiffness) {
+                           std::span<Vec3> force, std::span<DirectionalStiffness> stiffness) {
   const ActiveContacts& active = model.role[fiber] == Role::reed ? contacts.on_reed : contacts.active;
   const std::uint32_t end = active.place_of[fiber + 1];
   NodeRange touched;
@@ -557,7 +561,7 @@ NodeRange gather_reactions(const Model& model, const FiberGeometry& geometry, co
     for (std::uint32_t k = active.reacts[i].begin(); k < active.reacts[i].end(); ++k) {
       const Reaction& r = active.reaction[k];
       touched.add(r.span);
-      force[r.span] += r.force;
+      add_span_force(model, fiber, r.span, r.force, force);
       if (model.node_contact && model.role[fiber] != Role::reed) {
         r.stiffness.add_to(stiffness[r.span], 1, 1);
       } else {

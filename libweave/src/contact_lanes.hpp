@@ -9,9 +9,22 @@ using LaneNumbers = Numbers<lanes>;
 using LaneVectors = Vectors<lanes>;
 using LaneFlags = Eigen::Array<bool, lanes, 1>;
 
-/// Spans (Span), each seen from its own middle.
-struct SpanLanes {
+/// Axes of spans (Span), each seen from its own middle.
+struct AxisLanes {
   LaneVectors slope, curve;
+
+  [[nodiscard]] LaneVectors from_middle(const LaneNumbers& u) const { return slope.times(u) + curve.times(0.5 * u * u); }
+  [[nodiscard]] LaneVectors tangent(const LaneNumbers& u) const { return slope + curve.times(u); }
+  /// u of the points nearest to points r from the middles.
+  [[nodiscard]] LaneNumbers nearest(const LaneVectors& r) const {
+    const LaneNumbers slope2 = slope.dot(slope);
+    const NearnessCubic<LaneNumbers> cubic{slope2, slope.dot(curve), curve.dot(curve)};
+    return nearest_on_spans<LaneNumbers, lanes>(cubic, r.dot(slope), slope2 - r.dot(curve));
+  }
+};
+
+/// Spans.
+struct SpanLanes : AxisLanes {
   LaneNumbers low, high;
 
   void set(int k, const Span& s) {
@@ -20,15 +33,7 @@ struct SpanLanes {
     low[k] = s.low;
     high[k] = s.high;
   }
-  [[nodiscard]] LaneVectors from_middle(const LaneNumbers& u) const { return slope.times(u) + curve.times(0.5 * u * u); }
-  [[nodiscard]] LaneVectors tangent(const LaneNumbers& u) const { return slope + curve.times(u); }
   [[nodiscard]] LaneFlags has(const LaneNumbers& u) const { return u >= low && u <= high; }
-  /// u of the points nearest to points r from the middles.
-  [[nodiscard]] LaneNumbers nearest(const LaneVectors& r) const {
-    const LaneNumbers slope2 = slope.dot(slope);
-    const NearnessCubic<LaneNumbers> cubic{slope2, slope.dot(curve), curve.dot(curve)};
-    return nearest_on_spans<LaneNumbers, lanes>(cubic, r.dot(slope), slope2 - r.dot(curve));
-  }
 };
 
 /// Shares of the nodes before, at and after inner spans that carry a place (node_shares), and their slopes.
@@ -59,6 +64,16 @@ struct NodeNumberLanes {
     after[k] = y[span + 1];
   }
   [[nodiscard]] LaneNumbers sum(const ShareLanes& s) const { return before * s.before + here * s.here + after * s.after; }
+};
+
+/// Inner spans between nodes.
+struct InnerSpanLanes : AxisLanes {
+  LaneVectors middle;
+
+  explicit InnerSpanLanes(const NodeVectorLanes& x)
+      : AxisLanes{(x.after - x.before).times(0.5), x.before + x.after - x.here.times(2)},
+        middle((x.before + x.after).times(0.125) + x.here.times(0.75)) {}
+  [[nodiscard]] static LaneFlags has(const LaneNumbers& u) { return u.abs() <= 0.5; }
 };
 
 /// Whether a span has a node before and one after it that are stored beside its own.

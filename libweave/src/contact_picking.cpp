@@ -32,7 +32,7 @@ void pick_active(const Model& m, const FiberGeometry& g, double skin, ContactLis
         continue;
       }
       const double left = c.asleep_until - g.travel[c.span];
-      const AxisPoint q = walk_to_point(m, g, contact_point(g, c), c.span, c.image);
+      const AxisPoint q = walk_to_point(m, g, contact_point(m, g, c), c.span, c.image);
       const double gap = std::sqrt(q.distance2) - touch_reach(m, f, m.fiber_of[c.span]);
       if (!m.node_contact && !held) {
         const double known_before = c.asleep_until != 0 ? left + g.travel[c.span] : -std::numeric_limits<double>::infinity();
@@ -88,7 +88,7 @@ void pick_on_reed(const Model& m, const FiberGeometry& g, double skin, double ac
   // A point of the node's span against a reed bar and its images.
   const auto add_point = [&](std::uint32_t f, LineContact contact, double touch) {
     const double reach = touch + skin;
-    const Vec3 point = contact_point(g, contact), r = point - g.x[contact.span];
+    const Vec3 point = contact_point(m, g, contact), r = point - g.x[contact.span];
     if (std::abs(r.x()) > reach) return;
     const double from = m.period_y > 0 ? std::ceil((r.y() - reach) / m.period_y) : 0;
     const double to = m.period_y > 0 ? std::floor((r.y() + reach) / m.period_y) : 0;
@@ -104,7 +104,7 @@ void pick_on_reed(const Model& m, const FiberGeometry& g, double skin, double ac
     const std::uint32_t end = m.first[f] + (m.role[f] == Role::reed ? 0 : m.own_nodes(f));
     for (std::uint32_t p = m.first[f]; p < end; ++p) {
       if (g.x[p].x() > active_x_max) continue;
-      const Span& here = g.span[p];
+      const Span here = g.span(m, f, p);
       const double half = 0.5 * here.slope.norm() + here.sag();
       for (std::uint32_t bar = 0; bar < fibers && m.role[bar] == Role::reed; ++bar) {
         LineContact contact;

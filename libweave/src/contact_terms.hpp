@@ -112,16 +112,16 @@ struct ContactTarget {
   std::uint32_t fiber;
   double dt;
   bool with_energy;
-  std::span<SpanForce> force;
+  std::span<Vec3> force;
   std::span<DirectionalStiffness> stiffness;
   std::span<double> couple;
 };
 
 /// Calls f(node, share) for the nodes that carry the place u of a span.
 template <typename F>
-void each_node_at(const Model& m, const FiberGeometry& g, std::uint32_t fiber, std::uint32_t span, double u, F&& f) {
+void each_node_at(const Model& m, std::uint32_t fiber, std::uint32_t span, double u, F&& f) {
   const SpanNodes nodes = nodes_of_span(m, fiber, span);
-  const Vec3 share = node_shares(g.span[span], u);
+  const Vec3 share = node_shares(nodes, u);
   f(nodes.here, share[1]);
   if (nodes.has_before) f(nodes.before, share[0]);
   if (nodes.has_after) f(nodes.after, share[2]);
@@ -130,13 +130,13 @@ void each_node_at(const Model& m, const FiberGeometry& g, std::uint32_t fiber, s
 /// Adds what a contact does to the nodes that carry the place u of a span.
 inline void add_stiffness(const Model& m, const FiberGeometry& g, std::uint32_t fiber, std::uint32_t span, double u,
                           const ContactStiffness& felt, std::span<DirectionalStiffness> stiffness) {
-  each_node_at(m, g, fiber, span, u, [&](std::uint32_t p, double share) { felt.add_to(stiffness[p], share, g.amplitude[p]); });
+  each_node_at(m, fiber, span, u, [&](std::uint32_t p, double share) { felt.add_to(stiffness[p], share, g.amplitude[p]); });
 }
 
 /// Guess at the amplitude of the place u of a span in the fastest oscillation, as its nodes have it.
 inline double swing_at(const Model& m, const FiberGeometry& g, std::uint32_t fiber, std::uint32_t span, double u) {
   double swing = 0;
-  each_node_at(m, g, fiber, span, u, [&](std::uint32_t p, double share) { swing += share * g.amplitude[p]; });
+  each_node_at(m, fiber, span, u, [&](std::uint32_t p, double share) { swing += share * g.amplitude[p]; });
   return swing;
 }
 

@@ -40,9 +40,6 @@ Engine::Engine(Model model, State state, const EngineOptions& options)
     : model_(std::move(model)), state_(std::move(state)), options_(options), turning_(model_) {
   options_.outer_skin = std::max(options_.outer_skin, 2 * options_.skin);
   const std::size_t n = model_.nodes();
-  bar_tangent_.assign(n, Vec3::Zero());
-  span_.assign(n, {});
-  span_force_.assign(n, {});
   force_.assign(n, Vec3::Zero());
   bar_length_.assign(n, 0);
   reach_ahead_.assign(n, 0);
@@ -86,7 +83,7 @@ std::pair<Model, State> Engine::release() && {
 }
 
 FiberGeometry Engine::geometry() const {
-  return {state_.x, state_.v, span_, state_.travel, reach_ahead_, turning_.rate(), state_.amplitude};
+  return {state_.x, state_.v, state_.travel, reach_ahead_, turning_.rate(), state_.amplitude};
 }
 
 /// Picks the contacts that are evaluated, after a search where the list may run out before the next time.
@@ -177,7 +174,6 @@ void Engine::each_fiber(std::atomic<std::uint32_t> Share::*next, Work&& work) {
   }
 }
 
-/// Dashpot of a bar, a fraction of the critical one between two node masses; it does not depend on the bar's length [N s/m].
 Engine::Extremes& Engine::Extremes::operator|=(const Extremes& o) {
   frequency2 = std::max(frequency2, o.frequency2);
   speed2 = std::max(speed2, o.speed2);
@@ -216,7 +212,8 @@ StepReport Engine::step(const Drive& drive, Ledger* ledger) {
       PerFiber& sums = per_fiber_[f];
       sums.flows = {};
       for (std::uint32_t p = sums.contact.nodes.begin; p < sums.contact.nodes.end; ++p) couple[p] = 0;
-      sums.contact = evaluate_contacts(model_, g, f, state_.dt_before, with_energy, state_.contacts, span_force_, stiffness_, couple);
+      std::fill(force_.begin() + model_.first[f], force_.begin() + model_.first[f + 1], Vec3::Zero());
+      sums.contact = evaluate_contacts(model_, g, f, state_.dt_before, with_energy, state_.contacts, force_, stiffness_, couple);
     });
 #pragma omp barrier
 #pragma omp master

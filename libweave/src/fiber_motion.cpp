@@ -35,46 +35,10 @@ void Engine::refresh_geometry(std::uint32_t f) {
     x[last] = x[begin] + Vec3(0, model_.period_y, 0);
     state_.v[last] = state_.v[begin];
   }
-  for (std::uint32_t s = begin; s < last; ++s) {
-    const Vec3 r = x[s + 1] - x[s];
-    bar_length_[s] = r.norm();
-    bar_tangent_[s] = (1 / bar_length_[s]) * r;
-  }
-  const Vec3 period(0, model_.period_y, 0);
-  for (std::uint32_t p = begin; p < begin + model_.own_nodes(f); ++p) span_[p] = span_at(model_, f, p, x, period);
+  for (std::uint32_t s = begin; s < last; ++s) bar_length_[s] = (x[s + 1] - x[s]).norm();
 }
 
-/// Shares the contacts' forces on a fiber's spans out to its nodes: the adjoint of span_at. Leaves none behind.
-void Engine::share_out_span_forces(std::uint32_t f, NodeRange touched) {
-  const std::uint32_t begin = model_.first[f], last = model_.last(f);
-  const auto inner = [&](const SpanForce& s, std::uint32_t before, std::uint32_t here, std::uint32_t after) {
-    const Vec3 even = 0.125 * s.on_middle + s.on_curve, odd = 0.5 * s.on_slope;
-    force_[before] += even - odd;
-    force_[here] += 0.75 * s.on_middle - 2 * s.on_curve;
-    force_[after] += even + odd;
-  };
-  const auto share_out = [&](std::uint32_t p) {
-    const SpanForce& s = span_force_[p];
-    if (p > begin && p < last) {
-      inner(s, p - 1, p, p + 1);
-    } else if (model_.periodic[f]) {
-      inner(s, last - 1, begin, begin + 1);
-    } else if (p == begin) {
-      force_[begin] += s.on_middle - s.on_slope;
-      force_[begin + 1] += s.on_slope;
-    } else {
-      force_[last] += s.on_middle + s.on_slope;
-      force_[last - 1] -= s.on_slope;
-    }
-    span_force_[p] = {};
-  };
-  // The ends first.
-  for (const std::uint32_t p : {begin, last}) {
-    if (touched.has(p)) share_out(p);
-  }
-  for (std::uint32_t p = std::max(touched.begin, begin + 1); p < std::min(touched.end, last); ++p) share_out(p);
-}
-
+/// Dashpot of a bar, a fraction of the critical one between two node masses; it does not depend on the bar's length [N s/m].
 double Engine::axial_damping(const FiberType& type) const {
   return model_.axial_damping * type.area * std::sqrt(2 * type.youngs_modulus * type.density);
 }
@@ -87,6 +51,7 @@ void Engine::add_bar_forces(std::uint32_t f, bool with_energy, Workspace& work) 
   const double c = axial_damping(type);
   for (std::uint32_t s = begin; s < last; ++s) {
     const double rest = model_.rest_length[s];
+    const Vec3& tangent = work.bar_tangent[s - begin];
     const double stretch = bar_length_[s] - rest;
     const double k = ea / rest * (stretch < 0 ? type.compression_factor : 1);
     double& energy = work.bar_energy[s - begin];
@@ -96,12 +61,12 @@ void Engine::add_bar_forces(std::uint32_t f, bool with_energy, Workspace& work) 
     DirectionalStiffness stiffness;
     stiffness.add_all_round(2 * std::max(k * stretch, 0.0) / rest);
     if (!model_.implicit_axial) {
-      const double rate = (state_.v[s + 1] - state_.v[s]).dot(bar_tangent_[s]);
+      const double rate = (state_.v[s + 1] - state_.v[s]).dot(tangent);
       state_.tension[s] = k * stretch + c * rate;
-      const Vec3 on_first = state_.tension[s] * bar_tangent_[s];
+      const Vec3 on_first = state_.tension[s] * tangent;
       force_[s] += on_first;
       force_[s + 1] -= on_first;
-      stiffness.add(c > 0 ? stiffness_with_dashpot(k, c, type.density * type.area * rest) : 2 * k, bar_tangent_[s]);
+      stiffness.add(c > 0 ? stiffness_with_dashpot(k, c, type.density * type.area * rest) : 2 * k, tangent);
     }
     work.stiffness[s - begin] += stiffness;
     work.stiffness[s + 1 - begin] += stiffness;
@@ -111,8 +76,8 @@ void Engine::add_bar_forces(std::uint32_t f, bool with_energy, Workspace& work) 
   const bool closed = model_.periodic[f];
   for (std::uint32_t p = begin + (closed ? 0 : 1); p < last; ++p) {
     const std::uint32_t before = p == begin ? last - 1 : p - 1;
-    const Vec3& t1 = bar_tangent_[before];
-    const Vec3& t2 = bar_tangent_[p];
+    const Vec3& t1 = work.bar_tangent[before - begin];
+    const Vec3& t2 = work.bar_tangent[p - begin];
     const double b = type.bending_stiffness / (0.5 * (model_.rest_length[before] + model_.rest_length[p]));
     const double cosine = t1.dot(t2);
     const Vec3 g1 = -b / bar_length_[before] * (t2 - cosine * t1);  // dU/d(end of bar 1)
@@ -237,9 +202,7 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy, W
   const bool closed = model_.periodic[f];
   const double dt = state_.dt, kick = kick_time();
   NodeRange touched = sums.contact.nodes;
-  touched |= gather_reactions(model_, geometry(), state_.contacts, f, span_force_, stiffness_);
-  for (std::uint32_t p = begin; p <= last; ++p) force_[p].setZero();
-  share_out_span_forces(f, touched);
+  touched |= gather_reactions(model_, geometry(), state_.contacts, f, force_, stiffness_);
   take_contact_stiffness(f, touched, work);
   if (model_.has_friction()) turning_.add_forces(f, state_.x, force_);
 
@@ -258,6 +221,7 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy, W
     return;
   }
 
+  for (std::uint32_t s = begin; s < last; ++s) work.bar_tangent[s - begin] = (1 / bar_length_[s]) * (state_.x[s + 1] - state_.x[s]);
   add_bar_forces(f, with_energy, work);
   if (model_.end_force[f] != 0) force_[last].x() += model_.end_force[f];
   if (closed) {
@@ -285,7 +249,7 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy, W
     const BarChain chain{closed,
                          ea,
                          type.compression_factor,
-                         {&bar_tangent_[begin], bars},
+                         {work.bar_tangent.data(), bars},
                          {&bar_length_[begin], bars},
                          {&model_.rest_length[begin], bars},
                          {&model_.inverse_mass[begin], bars + 1},
@@ -305,7 +269,7 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy, W
   for (std::uint32_t s = begin; s < last; ++s) {
     // What the bars take from the nodes, at the middle of the velocity's change; less what they store, it is lost (below).
     const Vec3 middle = state_.v[s + 1] - state_.v[s] + 0.5 * (w[s + 1 - begin] - w[s - begin]);
-    work.bar_energy[s - begin] += state_.tension[s] * bar_tangent_[s].dot(middle) * kick;
+    work.bar_energy[s - begin] += state_.tension[s] * work.bar_tangent[s - begin].dot(middle) * kick;
   }
 
   for (std::uint32_t p = begin; p < end; ++p) {
@@ -316,10 +280,10 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy, W
     if (model_.inverse_mass[p] == 0) {
       // Force that the holder applies, from the balance of the node: -(all others), the implicit part included.
       Vec3 others = force_[p];
-      if (model_.implicit_axial && p < last) others += state_.tension[p] * bar_tangent_[p];
+      if (model_.implicit_axial && p < last) others += state_.tension[p] * work.bar_tangent[p - begin];
       if (model_.implicit_axial && (p > begin || closed)) {
         const std::uint32_t behind = p > begin ? p - 1 : last - 1;
-        others -= state_.tension[behind] * bar_tangent_[behind];
+        others -= state_.tension[behind] * work.bar_tangent[behind - begin];
       }
       const double taken_up = (m * w[p - begin] - kick * others).dot(middle);
       sums.flows.take_up += taken_up;

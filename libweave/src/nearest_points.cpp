@@ -5,8 +5,8 @@ namespace weave {
 int NearestPoints::take(const ContactTarget& at, const LineContact& c) {
   Batch& b = batch_[batch_of(count_)];
   const int k = count_ % lanes;
-  const Span& span = at.g.span[c.span];
-  Vec3 from_middle = contact_point(at.g, c) - span.middle;
+  const Span span = at.g.span(at.model, at.model.fiber_of[c.span], c.span);
+  Vec3 from_middle = contact_point(at.model, at.g, c) - span.middle;
   from_middle.y() -= c.image * at.model.period_y;
   b.from_middle.set(k, from_middle);
   b.span.set(k, span);

@@ -48,7 +48,7 @@ void NeighborSearch::bin_spans(const Model& m, const FiberGeometry& g, double re
 #pragma omp parallel for schedule(static) reduction(min : low_x, low_y, low_z) reduction(max : high_x, high_y, high_z)
   for (std::uint32_t s = 0; s < nodes; ++s) {
     if (!is_searched(s)) continue;
-    const Vec3& middle = g.span[s].middle;
+    const Vec3 middle = g.span(m, m.fiber_of[s], s).middle;
     low_x = std::min(low_x, middle.x());
     low_y = std::min(low_y, middle.y());
     low_z = std::min(low_z, middle.z());
@@ -79,9 +79,7 @@ void NeighborSearch::bin_spans(const Model& m, const FiberGeometry& g, double re
   bins_.size = Vec3(std::max(extent.x() / bins_.nx, reach), periodic ? extent.y() / bins_.ny : std::max(extent.y() / bins_.ny, reach),
                     std::max(extent.z() / bins_.nz, reach));
   const auto cells = static_cast<std::uint32_t>(bins_.nx) * bins_.ny * bins_.nz;
-  const auto wrap_of = [&](std::uint32_t s) {
-    return periodic ? static_cast<std::int32_t>(std::floor(g.span[s].middle.y() / m.period_y)) : 0;
-  };
+  const auto wrap_of = [&](const Vec3& middle) { return periodic ? static_cast<std::int32_t>(std::floor(middle.y() / m.period_y)) : 0; };
   cell_.resize(nodes);
 #pragma omp parallel for schedule(static)
   for (std::uint32_t s = 0; s < nodes; ++s) {
@@ -89,8 +87,8 @@ void NeighborSearch::bin_spans(const Model& m, const FiberGeometry& g, double re
       cell_[s] = cells;
       continue;
     }
-    Vec3 middle = g.span[s].middle;
-    middle.y() -= wrap_of(s) * m.period_y;
+    Vec3 middle = g.span(m, m.fiber_of[s], s).middle;
+    middle.y() -= wrap_of(middle) * m.period_y;
     const auto index = [&](int axis, int n) {
       return std::clamp(static_cast<int>((middle[axis] - bins_.origin[axis]) / bins_.size[axis]), 0, n - 1);
     };
@@ -115,10 +113,11 @@ void NeighborSearch::bin_spans(const Model& m, const FiberGeometry& g, double re
   for (std::uint32_t slot = 0; slot < searched; ++slot) {
     const std::uint32_t s = bins_.span[slot];
     bins_.fiber[slot] = m.fiber_of[s];
-    bins_.wrap[slot] = wrap_of(s);
-    bins_.middle[slot] = g.span[s].middle;
+    const Span span = g.span(m, m.fiber_of[s], s);
+    bins_.wrap[slot] = wrap_of(span.middle);
+    bins_.middle[slot] = span.middle;
     bins_.middle[slot].y() -= bins_.wrap[slot] * m.period_y;
-    bins_.tangent[slot] = g.span[s].slope.normalized();
+    bins_.tangent[slot] = span.slope.normalized();
   }
 }
 
@@ -174,7 +173,8 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
   std::vector<double> distance;
   const auto each_place = [&](const Vec3& point, std::span<const Candidate> run, double reach, auto&& add) {
     distance.clear();
-    for (const Candidate& c : run) distance.push_back(distance_to_span(g.span[c.span], point - Vec3(0, c.image * m.period_y, 0)));
+    for (const Candidate& c : run)
+      distance.push_back(distance_to_span(g.span(m, c.fiber, c.span), point - Vec3(0, c.image * m.period_y, 0)));
     for (std::size_t i = 0; i < run.size(); ++i) {
       const double here = distance[i];
       if (here >= reach || (i > 0 && here >= distance[i - 1]) || (i + 1 < run.size() && here > distance[i + 1])) continue;
@@ -199,7 +199,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
   };
 
   // Makes contacts of the spans near a node's, run by run along the fibers that they belong to.
-  const auto add_candidates = [&](std::uint32_t p) {
+  const auto add_candidates = [&](std::uint32_t p, const Span& here) {
     std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
       if (a.fiber != b.fiber) return a.fiber < b.fiber;
       if (a.image_key != b.image_key) return a.image_key < b.image_key;
@@ -219,8 +219,8 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
         LineContact contact;
         contact.node = p;
         contact.at = at_nodes ? 0 : static_cast<float>((k + 0.5) / points - 0.5);
-        if (contact.at < g.span[p].low || contact.at > g.span[p].high) continue;
-        each_place(contact_point(g, contact), run, reach, [&](const Candidate& c, double distance_there) {
+        if (contact.at < here.low || contact.at > here.high) continue;
+        each_place(here.point(contact.at), run, reach, [&](const Candidate& c, double distance_there) {
           contact.span = c.span;
           contact.image = c.image;
           add_line(contact, distance_there);
@@ -230,14 +230,15 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
   };
 
   for (std::uint32_t p = begin; p < end; ++p) {
-    const Vec3& x = g.span[p].middle;
-    const Vec3 along_p = g.span[p].slope.normalized();
     if (g.x[p].x() > active_x_max) continue;
     candidates.clear();
     if (!stale[p]) {
       keep_old(p);
       continue;
     }
+    const Span here = g.span(m, fiber, p);
+    const Vec3& x = here.middle;
+    const Vec3 along_p = here.slope.normalized();
     std::int32_t wrap = 0;
     Vec3 folded = x;
     if (periodic) {
@@ -282,7 +283,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
           const std::int32_t image = wrap + turns - bins_.wrap[slot];
           Vec3 point = x;
           point.y() -= image * m.period_y;
-          if (distance_to_span(g.span[s], point) > reach_node) continue;
+          if (distance_to_span(g.span(m, other, s), point) > reach_node) continue;
           const bool closed = m.periodic[other];
           const std::int64_t chain =
               static_cast<std::int64_t>(s) - m.first[other] + (closed ? static_cast<std::int64_t>(image) * m.own_nodes(other) : 0);
@@ -291,7 +292,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
         }
       }
     }
-    add_candidates(p);
+    add_candidates(p, here);
   }
 
   std::ranges::stable_sort(found, {}, node_of);

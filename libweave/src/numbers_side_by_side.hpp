@@ -38,6 +38,7 @@ struct Vectors {
   [[nodiscard]] Vectors operator+(const Vectors& o) const { return {x + o.x, y + o.y, z + o.z}; }
   [[nodiscard]] Vectors operator-(const Vectors& o) const { return {x - o.x, y - o.y, z - o.z}; }
   [[nodiscard]] Vectors times(const Numbers<n>& f) const { return {f * x, f * y, f * z}; }
+  [[nodiscard]] Vectors times(double f) const { return {f * x, f * y, f * z}; }
   [[nodiscard]] Numbers<n> dot(const Vectors& o) const { return x * o.x + y * o.y + z * o.z; }
   [[nodiscard]] Numbers<n> dot(const Vec3& o) const { return x * o.x() + y * o.y() + z * o.z(); }
   [[nodiscard]] Vectors cross(const Vectors& o) const { return {y * o.z - z * o.y, z * o.x - x * o.z, x * o.y - y * o.x}; }

@@ -10,15 +10,14 @@ int YarnContacts::take(const ContactTarget& at, FiberPairs& pairs, const LineCon
   if (!pair.meets_at_nodes) return -1;
   if (taken_at_ != p) {
     taken_at_ = p;
+    middle_ = g.span(m, at.fiber, p).middle;
     speed_ = span_at(m, at.fiber, p, g.v, Vec3::Zero()).middle;
     swing_ = swing_at(m, g, at.fiber, p, 0);
   }
   Batch& b = batch_[batch_of(count_)];
   const int k = count_ % lanes;
-  Vec3 separation = g.span[p].middle - g.span[s].middle;
-  separation.y() -= c.image * m.period_y;
-  b.separation.set(k, separation);
-  b.span.set(k, g.span[s]);
+  b.point.set(k, middle_ - Vec3(0, c.image * m.period_y, 0));
+  b.position.set(k, g.x, s);
   b.velocity.set(k, g.v, s);
   b.amplitude.set(k, g.amplitude, s);
   b.speed.set(k, speed_);
@@ -40,13 +39,15 @@ void YarnContacts::evaluate(const ContactTarget& at, FiberPairs& pairs) {
 }
 
 void YarnContacts::compute(const ContactTarget& at, Batch& b) {
-  const LaneNumbers u = b.span.nearest(b.separation);
-  const LaneVectors apart = b.separation - b.span.from_middle(u);
+  const InnerSpanLanes span(b.position);
+  const LaneVectors separation = b.point - span.middle;
+  const LaneNumbers u = span.nearest(separation);
+  const LaneVectors apart = separation - span.from_middle(u);
   const LaneNumbers distance = root(apart.dot(apart)), inside = b.reach - distance;
   b.u = u;
   b.inside = inside;
   b.ratio = inside / b.reach;
-  b.holds = b.span.has(u) && inside <= b.touch.overlap + b.way + unexplained * b.reach && inside > b.touch.spared;
+  b.holds = span.has(u) && inside <= b.touch.overlap + b.way + unexplained * b.reach && inside > b.touch.spared;
 
   b.pressing = (inside - b.touch.spared).max(0);
   const LaneNumbers slope = b.weight * b.line * root(b.pressing) / (b.reach - b.pressing), size = slope * b.pressing;
@@ -60,7 +61,7 @@ void YarnContacts::compute(const ContactTarget& at, Batch& b) {
   LaneVectors pull = LaneVectors::zero();  // on the touched axis's tangent
   // Slip along the touched fiber, and across it over one another by what the yarn's turning does not explain.
   if (const double friction = at.model.friction_within(at.fiber); friction > 0) {
-    const LaneVectors tangent = b.span.tangent(u);
+    const LaneVectors tangent = span.tangent(u);
     const LaneNumbers inverse = 1 / root(tangent.dot(tangent)), arm = distance * inverse;
     const LaneVectors t = tangent.times(inverse), over = n.cross(t), speed = b.speed - b.velocity.sum(share);
     const LaneNumbers slip = at.dt * (speed.dot(t) + arm * n.dot(b.velocity.sum(ShareLanes::slope_at(u))));
@@ -91,7 +92,9 @@ void YarnContacts::apply(int place, const ContactTarget& at, const LineContact& 
     sums.friction_store += stored_in(touch);
   }
   at.couple[p] += b.couple[k];
-  at.force[p].on_middle += b.force[k];
+  SpanForce force;
+  force.on_middle = b.force[k];
+  add_span_force(at.model, at.fiber, p, force, at.force);
   reaction.force = b.reaction[k];
   b.felt.get(k, reaction.stiffness.springs);
   reaction.stiffness.swing = static_cast<float>(b.swing[k]);
@@ -108,7 +111,7 @@ void YarnContacts::apply(int place, const ContactTarget& at, const LineContact& 
 
 void YarnContacts::flush(const ContactTarget& at) {
   if (felt_at_ == none) return;
-  each_node_at(at.model, at.g, at.fiber, felt_at_, 0,
+  each_node_at(at.model, at.fiber, felt_at_, 0,
                [&](std::uint32_t p, double share) { at.stiffness[p].k += static_cast<float>(share / at.g.amplitude[p]) * felt_; });
   felt_at_ = none;
 }

@@ -28,10 +28,9 @@ class YarnContacts {
 
   /// What eight contacts are evaluated from, and what comes of it.
   struct Batch {
-    LaneVectors separation;              ///< from the touched span's middle to the point
-    SpanLanes span;                      ///< touched
-    NodeVectorLanes velocity;            ///< of its nodes
-    NodeNumberLanes amplitude;           ///< of its nodes
+    LaneVectors point;                   ///< as the touched fiber's image has it
+    NodeVectorLanes position, velocity;  ///< of the touched span's nodes
+    NodeNumberLanes amplitude;           ///< likewise
     LaneVectors speed;                   ///< of the point
     LaneNumbers turn, reach, line, way;  ///< of the yarn's section, PairLaw, approach
     LaneNumbers weight;                  ///< length of fiber that the point stands for [m]
@@ -55,7 +54,7 @@ class YarnContacts {
 
   static constexpr auto none = std::numeric_limits<std::uint32_t>::max();
   std::uint32_t taken_at_ = none;  ///< node that these two are of
-  Vec3 speed_ = Vec3::Zero();
+  Vec3 middle_ = Vec3::Zero(), speed_ = Vec3::Zero();
   double swing_ = 0;
   std::uint32_t felt_at_ = none;        ///< node that these are of
   DirectionalStiffness::Numbers felt_;  ///< sum of its contacts' springs, each times its swing

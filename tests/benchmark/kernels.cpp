@@ -71,7 +71,7 @@ void closest_point(benchmark::State& state) {
     for (const weave::LineContact& c : contacts) {
       std::uint32_t span = c.span;
       std::int32_t image = c.image;
-      benchmark::DoNotOptimize(weave::walk_to_point(engine.model(), g, weave::contact_point(g, c), span, image));
+      benchmark::DoNotOptimize(weave::walk_to_point(engine.model(), g, weave::contact_point(engine.model(), g, c), span, image));
     }
   }
   count(state, contacts.size());
@@ -84,7 +84,7 @@ void contact(benchmark::State& state) {
   const weave::Model& m = engine.model();
   const weave::FiberGeometry g = engine.geometry();
   weave::ContactList contacts = engine.state().contacts;
-  std::vector<weave::SpanForce> force(m.nodes());
+  std::vector<Vec3> force(m.nodes(), Vec3::Zero());
   std::vector<weave::DirectionalStiffness> stiffness(m.nodes());
   std::vector<double> couple(m.nodes());
   std::size_t touching = 0;

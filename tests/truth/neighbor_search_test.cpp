@@ -22,7 +22,7 @@ double distance_to_fiber(const Model& m, const weave::FiberGeometry& g, const Ve
   constexpr int places = 8;
   double least = 1e300;
   for (std::uint32_t q = m.first[fiber]; q < m.first[fiber] + m.own_nodes(fiber); ++q) {
-    const weave::Span& span = g.span[q];
+    const weave::Span span = g.span(m, fiber, q);
     const Vec3 middle = span.point(0.5 * (span.low + span.high));
     const double half = std::max((span.point(span.low) - middle).norm(), (span.point(span.high) - middle).norm());
     if ((from - middle).norm() > bound + 1.5 * half) continue;
@@ -59,7 +59,7 @@ void compare_with_brute_force(const weave::Engine& engine, Comparison& result) {
   for (const weave::LineContact& c : engine.state().contacts.line) {
     std::uint32_t span = c.span;
     std::int32_t image = c.image;
-    const double distance = std::sqrt(walk_to_point(m, g, contact_point(g, c), span, image).distance2);
+    const double distance = std::sqrt(walk_to_point(m, g, contact_point(m, g, c), span, image).distance2);
     const std::uint32_t f = m.fiber_of[span];
     listed[{c.node, c.at, f, m.periodic[f] ? 0 : image}].push_back(distance);
   }
@@ -74,8 +74,8 @@ void compare_with_brute_force(const weave::Engine& engine, Comparison& result) {
           weave::LineContact at;
           at.node = p;
           at.at = nodes ? 0 : static_cast<float>((i + 0.5) / m.points[f] - 0.5);
-          if (at.at < g.span[p].low || at.at > g.span[p].high) continue;
-          const Vec3 point = contact_point(g, at);
+          if (const weave::Span span = g.span(m, f, p); at.at < span.low || at.at > span.high) continue;
+          const Vec3 point = contact_point(m, g, at);
           std::map<int, double> by_image;  // a closed fiber has one entry
           for (int k = -reach_of_images; k <= reach_of_images; ++k) {
             if (b == f && (k == 0 || m.periodic[f])) continue;
@@ -182,10 +182,10 @@ TEST(neighbor_search, finds_every_point_that_touches_a_reed_bar_once) {
           weave::LineContact point;
           point.node = p;
           point.at = static_cast<float>((k + 0.5) / m.points[f] - 0.5);
-          if (point.at < g.span[p].low || point.at > g.span[p].high) continue;
+          if (const weave::Span span = g.span(m, f, p); point.at < span.low || point.at > span.high) continue;
           for (std::uint32_t b = 0; b < bars; ++b) {
             for (int image = -images; image <= images; ++image) {
-              const Vec3 shift(0, image * period, 0), x = contact_point(g, point);
+              const Vec3 shift(0, image * period, 0), x = contact_point(m, g, point);
               if ((x - g.x[m.first[b]] - shift).head<2>().norm() >= m.pair_law(f, b).reach) continue;
               ++touching;
               const auto& listed = engine.state().contacts.on_reed.line;

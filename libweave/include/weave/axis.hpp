@@ -54,9 +54,9 @@ inline Span span_at(const Model& m, std::uint32_t fiber, std::uint32_t node, std
 }
 
 /// Shares of a point of a span that its nodes carry; not negative, together one.
-inline Vec3 node_shares(const Span& span, double u) {
-  if (span.low == 0) return {0, 1 - u, u};
-  if (span.high == 0) return {-u, 1 + u, 0};
+inline Vec3 node_shares(const SpanNodes& nodes, double u) {
+  if (!nodes.has_before) return {0, 1 - u, u};
+  if (!nodes.has_after) return {-u, 1 + u, 0};
   return {0.5 * (0.5 - u) * (0.5 - u), 0.75 - u * u, 0.5 * (0.5 + u) * (0.5 + u)};
 }
 
@@ -92,5 +92,24 @@ struct SpanForce {
     return *this;
   }
 };
+
+/// Adds a force on the span around a fiber's own node to the forces on its nodes, `y`: the adjoint of span_at. What a closed fiber's last
+/// node feels of it is its ghost's.
+inline void add_span_force(const Model& m, std::uint32_t fiber, std::uint32_t node, const SpanForce& s, std::span<Vec3> y) {
+  const std::uint32_t begin = m.first[fiber], last = m.last(fiber);
+  const bool inner = node > begin && node < last;
+  if (inner || m.periodic[fiber]) {
+    const Vec3 even = 0.125 * s.on_middle + s.on_curve, odd = 0.5 * s.on_slope;
+    y[inner ? node - 1 : last - 1] += even - odd;
+    y[node] += 0.75 * s.on_middle - 2 * s.on_curve;
+    y[node + 1] += even + odd;
+  } else if (node == begin) {
+    y[begin] += s.on_middle - s.on_slope;
+    y[begin + 1] += s.on_slope;
+  } else {
+    y[last] += s.on_middle + s.on_slope;
+    y[last - 1] -= s.on_slope;
+  }
+}
 
 }  // namespace weave

@@ -107,11 +107,16 @@ struct ContactList {
 /// Geometry that contact reads: the axes of the present step, and how they move. Sizes: nodes.
 struct FiberGeometry {
   std::span<const Vec3> x, v;
-  std::span<const Span> span;           ///< around each node but ghosts
   std::span<const double> travel;       ///< longest way that a node near this one can have gone since the start [m]
   std::span<const double> reach_ahead;  ///< longest way that it can have gone after the next step [m]
   std::span<const double> turn;         ///< of the yarn's section through the node, about the yarn's axis [rad/s]
   std::span<const double> amplitude;    ///< guess at how far each node swings in the fastest oscillation, relative, positive
+
+  /// Around a fiber's node that is no ghost. Made anew each time: its nodes' places take a quarter of the memory, and memory is what a step
+  /// of many fibers waits for.
+  [[nodiscard]] Span span(const Model& m, std::uint32_t fiber, std::uint32_t node) const {
+    return span_at(m, fiber, node, x, Vec3(0, m.period_y, 0));
+  }
 };
 
 /// Nodes from the first to the last of those that were added.
@@ -152,7 +157,7 @@ bool meets_at_nodes(const Model& model, std::uint32_t fiber_a, std::uint32_t fib
 /// Distance of a point of `fiber` from the axis of `other` within which the fibers may touch: the point's samples lie to both sides of it
 /// [m].
 double touch_reach(const Model& model, std::uint32_t fiber, std::uint32_t other);
-Vec3 contact_point(const FiberGeometry& geometry, const LineContact& contact);
+Vec3 contact_point(const Model& model, const FiberGeometry& geometry, const LineContact& contact);
 /// Spans along the touched fiber between two contacts of one point; the largest number if they are not of one point and fiber.
 std::int64_t spans_apart(const Model& model, const LineContact& a, const LineContact& b);
 
@@ -161,15 +166,15 @@ std::int64_t spans_apart(const Model& model, const LineContact& a, const LineCon
 void let_sleep(const FiberGeometry& geometry, double gap, LineContact& contact);
 
 /// Forces of the contacts owned by `fiber` (its points against other fibers). Adds to `force` and `stiffness`
-/// of the fiber's own nodes only, and to `couple` what friction does there as the yarn turns (YarnTurning::couple), and stores the
-/// reactions; so fibers can be evaluated in any order, on any thread, to the same bits.
+/// of the fiber's own nodes only, ghosts included, and to `couple` what friction does there as the yarn turns (YarnTurning::couple), and
+/// stores the reactions; so fibers can be evaluated in any order, on any thread, to the same bits.
 ContactSums evaluate_contacts(const Model& model, const FiberGeometry& geometry, std::uint32_t fiber, double dt, bool with_energy,
-                              ContactList& contacts, std::span<SpanForce> force, std::span<DirectionalStiffness> stiffness,
+                              ContactList& contacts, std::span<Vec3> force, std::span<DirectionalStiffness> stiffness,
                               std::span<double> couple);
 
 /// Adds the stored reactions on `fiber` to its nodes, in a fixed order. Returns the nodes of the spans that are touched.
 NodeRange gather_reactions(const Model& model, const FiberGeometry& geometry, const ContactList& contacts, std::uint32_t fiber,
-                           std::span<SpanForce> force, std::span<DirectionalStiffness> stiffness);
+                           std::span<Vec3> force, std::span<DirectionalStiffness> stiffness);
 
 /// A bent fiber must not push itself: whether a span of the node's own fiber lies within half a turn of its tightest bend from the node.
 bool within_own_bend(const Model& model, std::uint32_t fiber, std::uint32_t node, std::uint32_t span, std::int32_t image);

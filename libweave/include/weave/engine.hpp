@@ -138,14 +138,14 @@ class Engine {
   /// What the motion of one fiber needs for a moment, from its first node, bar or block on. Each thread has one, which stays in its cache.
   struct Workspace {
     explicit Workspace(std::size_t nodes)
-        : change(nodes), stiffness(nodes), bar_energy(nodes), block_speed2(nodes), block_way(nodes), tensions(nodes) {}
+        : bar_tangent(nodes), change(nodes), stiffness(nodes), bar_energy(nodes), block_speed2(nodes), block_way(nodes), tensions(nodes) {}
+    std::vector<Vec3> bar_tangent;                ///< at the step's start
     std::vector<Vec3> change;                     ///< of the velocities [m/s]
     std::vector<DirectionalStiffness> stiffness;  ///< that the nodes feel
     std::vector<double> bar_energy, block_speed2, block_way;
     BarTensions tensions;
   };
   void refresh_geometry(std::uint32_t fiber);
-  void share_out_span_forces(std::uint32_t fiber, NodeRange touched);
   void take_contact_stiffness(std::uint32_t fiber, NodeRange touched, Workspace& work);
   void find_ways(std::uint32_t fiber, double dt, Workspace& work) const;
   void add_travel(std::uint32_t fiber, Workspace& work);
@@ -185,11 +185,9 @@ class Engine {
   double moved_max_ = 0;             ///< largest of state().moved
   bool list_is_late_ = false;        ///< nodes have moved farther than the contact list in use allows
   std::uint32_t longest_fiber_ = 0;  ///< [nodes]
-  std::vector<Vec3> bar_tangent_, force_;
-  std::vector<Span> span_;             ///< of the axes
-  std::vector<SpanForce> span_force_;  ///< of contacts, from their evaluation until the fiber moves; else zero
+  std::vector<Vec3> force_;          ///< of the last step; of the fiber's own contacts alone from their evaluation until the fiber moves
   std::vector<double> bar_length_, reach_ahead_;
-  std::vector<DirectionalStiffness> stiffness_;  ///< likewise
+  std::vector<DirectionalStiffness> stiffness_;  ///< of contacts, from their evaluation until the fiber moves; else zero
   std::vector<Workspace> workspace_;             ///< by thread
   std::vector<PerFiber> per_fiber_;
   std::vector<std::uint32_t> shared_out_;  ///< fibers by share
