@@ -9,7 +9,7 @@ namespace weave {
 namespace {
 
 /// Nodes whose travel is counted together. A bar at hand that follows its closest point stays within a block or goes to the next.
-constexpr std::uint32_t block_nodes = 16;
+constexpr std::uint32_t block_nodes = 4;
 /// Last steps' ways that the next one is trusted not to exceed, where contacts that may be touched are looked for.
 constexpr double ways_ahead = 2;
 /// Share of the power method in the guess at the fastest oscillation, which would otherwise be even; near 1 it follows single nodes too
