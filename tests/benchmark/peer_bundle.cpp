@@ -1,6 +1,8 @@
 // Speed of explicit dynamics on two crossing layers of 19-fiber yarns that just touch, beside that of a particle code on the same nodes:
-//     heddle_peer_bundle [NODES_PER_FIBER] [STEPS] [node|line] [explicit|imex]
-//     heddle_peer_bundle --write-lammps FILE [NODES_PER_FIBER]
+//     heddle_peer_bundle [DIAMETERS] [STEPS] [node|line] [explicit|imex] [ELEMENT] [TIME_STEP]
+//     heddle_peer_bundle --write-lammps FILE [DIAMETERS]
+// The layers are DIAMETERS wide; an ELEMENT is one diameter long unless told otherwise, a time step 20 ns, or as long as stability lets it
+// with TIME_STEP 0.
 // The second form writes the nodes, bonds and velocities for LAMMPS; peer_bundle.lmp holds the rest. There the fibers along x are
 // periodic too and weak tethers hold the nodes; here those fibers end at the sides, and nothing else holds them.
 #include <fmt/format.h>
@@ -22,7 +24,7 @@ namespace {
 
 using weave::Vec3;
 
-constexpr double diameter = 0.33e-3;                               // [m], also the length of an element
+constexpr double diameter = 0.33e-3;                               // [m]
 constexpr double contact_diameter = 1.005 * diameter;              // [m]
 constexpr double density = 2460;                                   // [kg/m^3]
 constexpr double youngs_modulus = 87e9, transverse_modulus = 2e9;  // [Pa]
@@ -31,7 +33,8 @@ constexpr double viscosity = 1.5e-3;     // of a node [N s/m]
 constexpr double time_step = 2e-8;       // [s]
 constexpr double random_speed = 0.1;     // standard deviation of each component [m/s]
 constexpr double skin = 0.2 * diameter;  // [m]
-constexpr int warm_up = 1000, rounds = 5;
+constexpr double warm_up = 2e-5;         // [s]
+constexpr int rounds = 5;
 constexpr int yarn_pitch = 5;  // [diameters]
 
 struct Fiber {
@@ -39,8 +42,8 @@ struct Fiber {
   std::vector<Vec3> x;
 };
 
-/// Two layers of yarns over a square of n diameters; 19 fibers a yarn, hexagonally packed.
-std::vector<Fiber> bundle(int n) {
+/// Two layers of yarns over a square of n diameters; 19 fibers a yarn, hexagonally packed, with nodes `element` diameters apart.
+std::vector<Fiber> bundle(int n, double element) {
   const double row = std::sqrt(3.0) / 2, half = (4 * row + 1) / 2;
   std::vector<Fiber> fibers;
   for (int layer = 0; layer < 2; ++layer) {
@@ -51,8 +54,8 @@ std::vector<Fiber> bundle(int n) {
         for (int i = 0; i < wide; ++i) {
           Fiber fiber{layer, yarn, place++, {}};
           const double side = yarn_pitch * yarn + 2.25 + i - 0.5 * (wide - 1), z = r * row;
-          for (int k = 0; k < n; ++k) {
-            const double along = k + 0.25;
+          for (int k = 0; k < static_cast<int>(n / element); ++k) {
+            const double along = (k + 0.25) * element;
             fiber.x.push_back(diameter * (layer == 0 ? Vec3(along, side, half + z) : Vec3(side, along, z - half)));
           }
           fibers.push_back(std::move(fiber));
@@ -77,7 +80,7 @@ std::vector<Vec3> random_velocities(std::size_t nodes) {
 }
 
 void write_lammps(const std::string& file, int n) {
-  const std::vector<Fiber> fibers = bundle(n);
+  const std::vector<Fiber> fibers = bundle(n, 1);
   const std::size_t nodes = fibers.size() * static_cast<std::size_t>(n);
   const std::vector<Vec3> v = random_velocities(nodes);
   const double mass = density * std::numbers::pi / 4 * std::pow(diameter, 3), side = n * diameter;
@@ -101,7 +104,7 @@ void write_lammps(const std::string& file, int n) {
   for (std::size_t i = 0; i < nodes; ++i) out.print("{} 1 {} {}\n", i + 1, i + 1, i / width * width + (i + 1) % width + 1);
 }
 
-weave::Engine engine_of(int n, bool node_contact, bool implicit) {
+weave::Engine engine_of(int n, bool node_contact, bool implicit, double element, double step) {
   weave::Model model;
   weave::State state;
   model.period_y = n * diameter;
@@ -119,17 +122,18 @@ weave::Engine engine_of(int n, bool node_contact, bool implicit) {
   weave::add_type(model, type);
   weave::finish_types(model);
   const int yarns_a_layer = n / yarn_pitch;
-  for (Fiber& fiber : bundle(n)) {
+  const int nodes = static_cast<int>(n / element);
+  for (Fiber& fiber : bundle(n, element)) {
     weave::FiberSpec spec;
     spec.role = fiber.layer == 0 ? weave::Role::warp : weave::Role::weft;
     spec.periodic = fiber.layer == 1;
     spec.yarn = fiber.layer * yarns_a_layer + fiber.yarn;
     spec.place = fiber.place;
-    spec.rest_length.assign(static_cast<std::size_t>(spec.periodic ? n : n - 1), diameter);
+    spec.rest_length.assign(static_cast<std::size_t>(spec.periodic ? nodes : nodes - 1), element * diameter);
     spec.x = std::move(fiber.x);
     weave::add_fiber(model, spec, state.x);
   }
-  const std::vector<Vec3> random = random_velocities(model.fibers() * static_cast<std::size_t>(n));
+  const std::vector<Vec3> random = random_velocities(model.fibers() * static_cast<std::size_t>(nodes));
   state.v.assign(model.nodes(), Vec3::Zero());
   std::size_t next = 0;
   for (std::size_t f = 0; f < model.fibers(); ++f) {
@@ -139,7 +143,7 @@ weave::Engine engine_of(int n, bool node_contact, bool implicit) {
   weave::EngineOptions options;
   options.skin = skin;
   options.outer_skin = 2 * skin;
-  options.time_step = time_step;
+  options.time_step = step;
   return {std::move(model), std::move(state), options};
 }
 
@@ -158,7 +162,9 @@ int main(int argc, char** argv) try {
     return 0;
   }
   const int n = std::stoi(word(0, "50")), steps = std::stoi(word(1, "4000"));
-  weave::Engine engine = engine_of(n, word(2, "node") == "node", word(3, "explicit") == "imex");
+  const double element = std::stod(word(4, "1"));
+  weave::Engine engine =
+      engine_of(n, word(2, "node") == "node", word(3, "explicit") == "imex", element, words.size() > 5 ? std::stod(words[5]) : time_step);
   weave::Drive drive;
   drive.guide_z.assign(engine.model().fibers(), 0);
   drive.guide_speed.assign(engine.model().fibers(), 0);
@@ -167,11 +173,12 @@ int main(int argc, char** argv) try {
       if (const auto report = engine.step(drive); report.status != weave::StepStatus::ok) throw std::runtime_error(report.message);
     }
   };
-  run(warm_up);
+  while (engine.state().time < warm_up) run(1);
   const double memory = weave::peak_memory_bytes();
   std::vector<double> all, search, contact, motion;
   const double node_steps = 1e-9 * static_cast<double>(engine.model().nodes()) * steps / rounds;
   const auto searches = engine.state().searches;
+  const double time_before = engine.state().time;
   for (int i = 0; i < rounds; ++i) {
     const weave::StageTimes before = engine.stage_times();
     const auto start = std::chrono::steady_clock::now();
@@ -191,6 +198,9 @@ int main(int argc, char** argv) try {
              static_cast<double>(engine.state().contacts.line.size()) / nodes,
              static_cast<double>(engine.state().contacts.active.number.size()) / nodes, memory / nodes, engine.state().searches - searches,
              engine.state().late_searches);
+  const double mean_step = (engine.state().time - time_before) / (steps / rounds * rounds);
+  fmt::print("  elements of {:g} d, steps of {:.3g} us: a microsecond of a diameter of fiber takes {:.3g} ns\n", element, 1e6 * mean_step,
+             median(all) / (element * 1e6 * mean_step));
   return 0;
 } catch (const std::exception& e) {
   fmt::print(stderr, "{}\n", e.what());
