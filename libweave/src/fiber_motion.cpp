@@ -53,23 +53,27 @@ void Engine::add_bar_forces(std::uint32_t f, bool with_energy, Workspace& work) 
     const double rest = model_.rest_length[s];
     const Vec3& tangent = work.bar_tangent[s - begin];
     const double stretch = bar_length_[s] - rest;
-    const double k = ea / rest * (stretch < 0 ? type.compression_factor : 1);
+    const double inverse_rest = 1 / rest, taut = ea * inverse_rest;
+    work.taut_stiffness[s - begin] = taut;
+    const double k = taut * (stretch < 0 ? type.compression_factor : 1);
     double& energy = work.bar_energy[s - begin];
     energy = 0.5 * k * stretch * stretch;
     if (with_energy) sums.stored.bars += 0.5 * energy;
     // Sideways a taut bar is a string; along it an explicit bar is a spring.
-    DirectionalStiffness stiffness;
-    stiffness.add_all_round(2 * std::max(k * stretch, 0.0) / rest);
+    const double string = 2 * std::max(k * stretch, 0.0) * inverse_rest;
+    work.even_stiffness[s - begin] += string;
+    work.even_stiffness[s + 1 - begin] += string;
     if (!model_.implicit_axial) {
       const double rate = (state_.v[s + 1] - state_.v[s]).dot(tangent);
       state_.tension[s] = k * stretch + c * rate;
       const Vec3 on_first = state_.tension[s] * tangent;
       force_[s] += on_first;
       force_[s + 1] -= on_first;
+      DirectionalStiffness stiffness;
       stiffness.add(c > 0 ? stiffness_with_dashpot(k, c, type.density * type.area * rest) : 2 * k, tangent);
+      work.stiffness[s - begin] += stiffness;
+      work.stiffness[s + 1 - begin] += stiffness;
     }
-    work.stiffness[s - begin] += stiffness;
-    work.stiffness[s + 1 - begin] += stiffness;
   }
   if (type.bending_stiffness <= 0) return;
   // U = EI/(2 l) |t2 - t1|^2 at every inner node.
@@ -78,16 +82,17 @@ void Engine::add_bar_forces(std::uint32_t f, bool with_energy, Workspace& work) 
     const std::uint32_t before = p == begin ? last - 1 : p - 1;
     const Vec3& t1 = work.bar_tangent[before - begin];
     const Vec3& t2 = work.bar_tangent[p - begin];
+    const double inverse1 = work.inverse_length[before - begin], inverse2 = work.inverse_length[p - begin];
     const double b = type.bending_stiffness / (0.5 * (model_.rest_length[before] + model_.rest_length[p]));
     const double cosine = t1.dot(t2);
-    const Vec3 g1 = -b / bar_length_[before] * (t2 - cosine * t1);  // dU/d(end of bar 1)
-    const Vec3 g2 = -b / bar_length_[p] * (t1 - cosine * t2);       // dU/d(end of bar 2)
+    const Vec3 g1 = -b * inverse1 * (t2 - cosine * t1);  // dU/d(end of bar 1)
+    const Vec3 g2 = -b * inverse2 * (t1 - cosine * t2);  // dU/d(end of bar 2)
     force_[before] += g1;
     force_[before + 1] -= g1;
     force_[p] += g2;
     force_[p + 1] -= g2;
-    const double stiffness = 8 * b / (bar_length_[p] * bar_length_[p]);
-    for (const std::uint32_t q : {before, p, p + 1}) work.stiffness[q - begin].add_all_round(stiffness);
+    const double stiffness = 8 * b * inverse2 * inverse2;
+    for (const std::uint32_t q : {before, p, p + 1}) work.even_stiffness[q - begin] += stiffness;
     if (with_energy) sums.stored.bending += b * (1 - cosine);
   }
 }
@@ -168,11 +173,13 @@ void Engine::look_ahead(std::uint32_t f, const Workspace& work) {
 
 /// Bound on the squared frequencies of a node [1/s^2]; where it is far below the largest, a loose one. Takes a step toward the node's
 /// amplitude in the fastest oscillation, (1 - gain K/m / omega^2)^-1 of an even one: no guess makes a bound wrong, a good one makes it low.
-double Engine::bound_frequency(std::uint32_t p, const DirectionalStiffness& stiffness) {
+double Engine::bound_frequency(std::uint32_t p, const DirectionalStiffness& stiffness, double even_stiffness) {
   const double scale = (1 + rounding) * model_.inverse_mass[p];
-  double bound = scale * stiffness.trace();
+  double bound = scale * (stiffness.trace() + 3 * even_stiffness);
   if (!(bound < 0.5 * state_.frequency2)) {
-    bound = scale * stiffness.largest();
+    DirectionalStiffness all = stiffness;
+    all.add_all_round(even_stiffness);  // 15 % too much where it is alone: a step at the very limit of taut strings overshoots
+    bound = scale * all.largest();
   }
   if (state_.frequency2 > 0) {
     double& amplitude = state_.amplitude[p];
@@ -221,12 +228,17 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy, W
     return;
   }
 
-  for (std::uint32_t s = begin; s < last; ++s) work.bar_tangent[s - begin] = (1 / bar_length_[s]) * (state_.x[s + 1] - state_.x[s]);
+  for (std::uint32_t s = begin; s < last; ++s) {
+    work.inverse_length[s - begin] = 1 / bar_length_[s];
+    work.bar_tangent[s - begin] = work.inverse_length[s - begin] * (state_.x[s + 1] - state_.x[s]);
+  }
+  std::fill_n(work.even_stiffness.begin(), last - begin + 1, 0.0);
   add_bar_forces(f, with_energy, work);
   if (model_.end_force[f] != 0) force_[last].x() += model_.end_force[f];
   if (closed) {
     force_[begin] += force_[last];
     work.stiffness[0] += work.stiffness[last - begin];
+    work.even_stiffness[0] += work.even_stiffness[last - begin];
   }
 
   // Change of velocity without the implicit terms.
@@ -238,7 +250,7 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy, W
     }
     force_[p] -= model_.damping * model_.mass[p] * state_.v[p];
     w[p - begin] = kick * model_.inverse_mass[p] * force_[p];
-    sums.frequency2 = std::max(sums.frequency2, bound_frequency(p, work.stiffness[p - begin]));
+    sums.frequency2 = std::max(sums.frequency2, bound_frequency(p, work.stiffness[p - begin], work.even_stiffness[p - begin]));
   }
   if (closed) w[last - begin] = w[0];
 
@@ -252,6 +264,7 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy, W
                          {work.bar_tangent.data(), bars},
                          {&bar_length_[begin], bars},
                          {&model_.rest_length[begin], bars},
+                         {work.inverse_length.data(), bars},
                          {&model_.inverse_mass[begin], bars + 1},
                          {&state_.v[begin], bars + 1}};
     work.tensions.pull(chain, dt, kick, w, {&state_.tension[begin], bars});
@@ -321,7 +334,7 @@ void Engine::move_fiber(std::uint32_t f, const Drive& drive, bool with_energy, W
   }
   for (std::uint32_t s = begin; s < last; ++s) {
     const double stretch = bar_length_[s] - model_.rest_length[s];
-    const double k = ea / model_.rest_length[s] * (stretch < 0 ? type.compression_factor : 1);
+    const double k = work.taut_stiffness[s - begin] * (stretch < 0 ? type.compression_factor : 1);
     const double stored = 0.5 * k * stretch * stretch;
     const double lost = work.bar_energy[s - begin] - stored;
     sums.flows.axial += lost;

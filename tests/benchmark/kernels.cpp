@@ -104,13 +104,15 @@ void bar_tensions(benchmark::State& state) {
   const std::size_t n = bars;
   std::vector<Vec3> tangent(n, Vec3::UnitX()), change(n + 1);
   std::vector<double> length(m.rest_length.begin(), m.rest_length.begin() + n), tension(n);
-  for (double& l : length) l *= 1 + 1e-4;
+  std::vector<double> inverse_length;
+  for (double& l : length) inverse_length.push_back(1 / (l *= 1 + 1e-4));
   const weave::BarChain chain{false,
                               m.types[0].youngs_modulus * m.types[0].area,
                               1,
                               tangent,
                               length,
                               {m.rest_length.data(), n},
+                              inverse_length,
                               {m.inverse_mass.data(), n + 1},
                               {engine.state().v.data(), n + 1}};
   weave::BarTensions tensions(n + 1);

@@ -30,15 +30,18 @@ struct Chain {
       tangent.emplace_back(std::cos(angle), std::sin(angle), 0);
       rest_length.push_back(1e-3 * (1 + 0.1 * (s % 2)));
       length.push_back(rest_length.back() * (1 + 1e-3));
+      inverse_length.push_back(1 / length.back());
     }
   }
-  [[nodiscard]] weave::BarChain view() const { return {closed, stiffness, 1e-4, tangent, length, rest_length, inverse_mass, v}; }
+  [[nodiscard]] weave::BarChain view() const {
+    return {closed, stiffness, 1e-4, tangent, length, rest_length, inverse_length, inverse_mass, v};
+  }
   [[nodiscard]] int own(int p) const { return closed && p == bars ? 0 : p; }
 
   static constexpr int bars = 7;
   static constexpr double stiffness = 5e3;
   bool closed;
-  std::vector<double> inverse_mass, rest_length, length;
+  std::vector<double> inverse_mass, rest_length, length, inverse_length;
   std::vector<Vec3> v, tangent;
 };
 

@@ -14,6 +14,7 @@ struct BarChain {
   double compression_factor = 1;                ///< of it where a bar is slack
   std::span<const Vec3> tangent;                ///< (bars) of length one
   std::span<const double> length, rest_length;  ///< (bars) [m]
+  std::span<const double> inverse_length;       ///< (bars) [1/m]
   std::span<const double> inverse_mass;         ///< (nodes) [1/kg]; 0: held
   std::span<const Vec3> v;                      ///< (nodes) half a step earlier [m/s]
 };
@@ -32,8 +33,8 @@ class BarTensions {
  private:
   void solve(std::uint32_t bars, double seam);
 
-  std::vector<double> rate_, diagonal_, upper_, multiplier_, corner_;  ///< (bars)
-  std::vector<std::uint8_t> slack_;                                    ///< (bars)
+  std::vector<double> rate_, diagonal_, inverse_, upper_, multiplier_, corner_;  ///< (bars)
+  std::vector<std::uint8_t> slack_;                                              ///< (bars)
 };
 
 }  // namespace weave

@@ -138,10 +138,22 @@ class Engine {
   /// What the motion of one fiber needs for a moment, from its first node, bar or block on. Each thread has one, which stays in its cache.
   struct Workspace {
     explicit Workspace(std::size_t nodes)
-        : bar_tangent(nodes), change(nodes), stiffness(nodes), bar_energy(nodes), block_speed2(nodes), block_way(nodes), tensions(nodes) {}
+        : bar_tangent(nodes),
+          change(nodes),
+          stiffness(nodes),
+          inverse_length(nodes),
+          taut_stiffness(nodes),
+          even_stiffness(nodes),
+          bar_energy(nodes),
+          block_speed2(nodes),
+          block_way(nodes),
+          tensions(nodes) {}
     std::vector<Vec3> bar_tangent;                ///< at the step's start
     std::vector<Vec3> change;                     ///< of the velocities [m/s]
     std::vector<DirectionalStiffness> stiffness;  ///< that the nodes feel
+    std::vector<double> inverse_length;           ///< of the bars [1/m]
+    std::vector<double> taut_stiffness;           ///< of the bars [N/m]
+    std::vector<double> even_stiffness;           ///< that the nodes feel beside `stiffness`, alike in all directions [N/m]
     std::vector<double> bar_energy, block_speed2, block_way;
     BarTensions tensions;
   };
@@ -150,7 +162,7 @@ class Engine {
   void find_ways(std::uint32_t fiber, double dt, Workspace& work) const;
   void add_travel(std::uint32_t fiber, Workspace& work);
   void look_ahead(std::uint32_t fiber, const Workspace& work);
-  double bound_frequency(std::uint32_t node, const DirectionalStiffness& stiffness);
+  double bound_frequency(std::uint32_t node, const DirectionalStiffness& stiffness, double even_stiffness);
   void move_fiber(std::uint32_t fiber, const Drive& drive, bool with_energy, Workspace& work);
   void add_bar_forces(std::uint32_t fiber, bool with_energy, Workspace& work);
   struct GuideHold {
