@@ -213,6 +213,7 @@ class WeavingRun {
     const bool takes_up = takes_up_after(case_, row(loom_.pick));
     const PickTimes times = pick_times(case_, shed_changes(loom_.pick), takes_up);
     if (!loom_.placed) {
+      save_checkpoint();  // to go back to if the pick fails
       if (!run_stage(times, takes_up, case_.insertion.time)) return;
       place_weft();
     }

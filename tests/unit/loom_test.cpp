@@ -11,6 +11,54 @@
 namespace weave {
 namespace {
 
+/// Of every motion: from rest with constant acceleration, so that its top speed is twice the mean (Yang 2015, eq. 10, 11).
+TEST(LoomMotion, IsFromRestWithConstantAcceleration) {
+  const Case c = parse_case(scenes::small_case_text(), "small.toml", {"beat_up.dwell=\"0.1 ms\"", "beat_up.return_time=\"0.3 ms\""});
+  const PickTimes times = pick_times(c, true, true);
+  const auto expect_stroke = [&](auto&& position, double from, double time) {
+    const double start = position(from), end = position(from + time), way = end - start;
+    EXPECT_DOUBLE_EQ(position(from - 1e-5), start);
+    for (const double share : {0.1, 0.5, 0.9})
+      EXPECT_NEAR(position(from + share * time), start + share * share * way, 1e-12 * std::abs(way));
+    return way;
+  };
+  const double stroke = 2 * c.beat_up.travel / c.beat_up.top_speed, h = 1e-9;
+  const auto reed = [&](double t) { return reed_position(c, times, t); };
+  EXPECT_NEAR(reed(0), c.beat_up.travel + c.loom.reed_bar_radius, 1e-15);
+  EXPECT_NEAR(expect_stroke(reed, times.beat_up, stroke), -c.beat_up.travel, 1e-15);
+  EXPECT_NEAR((reed(times.beat_up + stroke - h) - reed(times.beat_up + stroke)) / h, c.beat_up.top_speed, 1e-3 * c.beat_up.top_speed);
+  EXPECT_NEAR(reed(times.reed_return), c.loom.reed_bar_radius, 1e-15);  // its bars touch the fell
+  EXPECT_NEAR(expect_stroke(reed, times.reed_return, c.beat_up.return_time), c.beat_up.travel, 1e-15);
+  EXPECT_NEAR(expect_stroke([&](double t) { return shed_progress(c, times, t); }, times.shedding, c.shedding.time), 1, 1e-15);
+  EXPECT_NEAR(expect_stroke([&](double t) { return take_up_progress(c, times, t); }, times.take_up, c.take_up.time), 1, 1e-15);
+}
+
+TEST(LoomMotion, OneActionFollowsTheOther) {
+  const Case late = parse_case(scenes::small_case_text(), "small.toml", {"beat_up.dwell=\"0.1 ms\"", "beat_up.return_time=\"0.3 ms\""});
+  const double stroke = 2 * late.beat_up.travel / late.beat_up.top_speed, rest = late.settle_time;
+  PickTimes t = pick_times(late, true, true);
+  EXPECT_DOUBLE_EQ(t.beat_up, rest);
+  EXPECT_DOUBLE_EQ(t.shedding, t.beat_up + stroke + late.beat_up.dwell);
+  EXPECT_DOUBLE_EQ(t.reed_return, t.shedding + late.shedding.time);  // it holds the weft until the shed has changed
+  EXPECT_DOUBLE_EQ(t.take_up, t.reed_return + late.beat_up.return_time + rest);
+  EXPECT_DOUBLE_EQ(t.end, t.take_up + late.take_up.time + rest);
+
+  Case early = late;
+  early.beat_up.return_delay = 0;
+  t = pick_times(early, true, false);
+  EXPECT_DOUBLE_EQ(t.reed_return, t.beat_up + stroke + early.beat_up.dwell);
+  EXPECT_DOUBLE_EQ(t.shedding, t.reed_return + early.beat_up.return_time + rest);
+  EXPECT_DOUBLE_EQ(t.end, t.shedding + early.shedding.time + rest);
+  t = pick_times(early, false, false);  // the shed stays
+  EXPECT_DOUBLE_EQ(t.end, t.reed_return + early.beat_up.return_time + rest);
+
+  Case without = late;
+  without.beat_up.enabled = false;
+  t = pick_times(without, true, true);
+  EXPECT_DOUBLE_EQ(t.shedding, rest);
+  EXPECT_DOUBLE_EQ(t.end, t.shedding + without.shedding.time + rest + without.take_up.time + rest);
+}
+
 TEST(BundleSection, FibersTouchButForTheGap) {
   const double radius = 0.5, gap = 0.01;
   for (const int fibers : {3, 5, 7, 19, 37}) {
