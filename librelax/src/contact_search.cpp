@@ -212,7 +212,10 @@ SparseHessian hessian_for(const Cell& cell, const ContactList& list, const Eigen
     const std::array<std::uint32_t, 3> own = {cell.before(i).node, i, cell.after(i).node};
     couple_span(own, i);
     const Eigen::Index drawn = unknowns.drawn[cell.fiber_of[i]];
-    if (drawn >= 0) border_nodes[static_cast<std::size_t>(unknowns.border(drawn))].push_back(i);
+    if (drawn >= 0) {  // a fiber's last bar ends in the fiber that goes on
+      for (const std::uint32_t node : {i, cell.after(i).node})
+        border_nodes[static_cast<std::size_t>(unknowns.border(drawn))].push_back(node);
+    }
     for (const Eigen::Index length : unknowns.length) {
       if (length >= 0) border_nodes[static_cast<std::size_t>(unknowns.border(length))].push_back(i);
     }

@@ -84,6 +84,24 @@ TEST(relax_derivatives, bars) {
   EXPECT_LT(e.hessian, 1e-6);   // round-off of the force over h, and the bounds of the slack
 }
 
+/// A fiber's last bar ends in the fiber that goes on, and its rest length goes with what its own fiber draws in.
+TEST(relax_derivatives, bars_of_fibers_that_change_places) {
+  Shaken s(3, 1);
+  std::vector<std::uint32_t> next(s.posed.cell.fibers());
+  for (std::uint32_t f = 0; f < next.size(); ++f) next[f] = f / 3 * 3 + (f + 1) % 3;  // of each yarn's three
+  relax::close_fibers(s.posed.cell, next);
+  s.list = relax::find_contacts(s.posed.cell, s.q, 0.3 * d);
+  const Errors e = errors_of(
+      [&](const Eigen::VectorXd& q, Derivatives want) {
+        double work = 0;
+        const double bars = relax::bar_energy(s.posed.cell, s.unknowns, q, want, &work);
+        return bars + work;
+      },
+      s.q, s.hessian(), h);
+  EXPECT_LT(e.gradient, 1e-6);
+  EXPECT_LT(e.hessian, 1e-6);
+}
+
 TEST(relax_derivatives, bending) {
   const Shaken s(1, 2);
   const Errors e = errors_of([&](const Eigen::VectorXd& q, Derivatives want) { return relax::bending_energy(s.posed.cell, q, want); }, s.q,
