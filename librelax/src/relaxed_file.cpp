@@ -12,6 +12,7 @@ namespace relax {
 namespace {
 
 const std::string refinement_path = "/run/refinement";  ///< older checkpoints lack it
+const std::string start_path = "/start";                ///< and older results this
 
 /// Pointers to the numbers of a state, const or not, in the order of the file.
 auto numbers_of(auto& s) {
@@ -81,6 +82,7 @@ void write_relaxed(const std::filesystem::path& file, const RelaxedFile& relaxed
   write_history(out, relaxed.history);
   out.write_text("/meta/options", relaxed.options);
   if (relaxed.blocked_by) out.write_text("/meta/blocked_by", *relaxed.blocked_by);
+  if (relaxed.start.size() > 0) write_unknowns(out, start_path, relaxed.start);
   out.commit();
 }
 
@@ -101,6 +103,7 @@ RelaxedFile read_relaxed(const std::filesystem::path& file) {
     relaxed.options = in.read_text("/meta/options");
     relaxed.version = in.read_text("/meta/version");
     if (in.has("/meta/blocked_by")) relaxed.blocked_by = in.read_text("/meta/blocked_by");
+    if (in.has(start_path)) relaxed.start = read_unknowns(in, start_path);
     return relaxed;
   });
 }
@@ -109,7 +112,7 @@ void write_checkpoint(const std::filesystem::path& file, const Checkpoint& c) {
   weave::Hdf5File out = weave::Hdf5File::create(file);
   out.write_text("/case", c.case_toml);
   out.write_text("/options", c.options);
-  write_unknowns(out, "/start", c.start);
+  write_unknowns(out, start_path, c.start);
   out.write("/run/wall_s", std::vector<double>{c.wall});
   out.write("/run/refined", std::vector<std::uint8_t>{c.refined});
   out.write(refinement_path, std::vector<double>{c.refinement.area_ratio, static_cast<double>(c.refinement.order_violations)});
@@ -136,7 +139,7 @@ Checkpoint read_checkpoint(const std::filesystem::path& file) {
     Checkpoint c;
     c.case_toml = in.read_text("/case");
     c.options = in.read_text("/options");
-    c.start = read_unknowns(in, "/start");
+    c.start = read_unknowns(in, start_path);
     c.wall = in.read<double>("/run/wall_s").at(0);
     c.refined = in.read<std::uint8_t>("/run/refined").at(0) != 0;
     if (in.has(refinement_path)) {

@@ -1,5 +1,7 @@
 #include "relax/woven_start.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -81,6 +83,11 @@ WovenStart cell_from_woven(const weave::Case& c, const weave::Snapshot& nodes, c
     const Vec3 mismatch = mismatch_across_faces(woven, f, next[f]) - slant;
     const double diameter = 2 * cell.types[static_cast<std::size_t>(type)].radius;
     const weave::FiberType& fiber_type = cell.types[static_cast<std::size_t>(type)];
+    if (std::abs(woven.radius[f] - fiber_type.radius) > 1e-9 * fiber_type.radius)
+      throw std::invalid_argument(fmt::format(
+          "{} yarn {} was woven of fibers {:.5g} um thick, but those of the case are {:.5g} um: a woven cell keeps its number of "
+          "fibers a yarn, their linear density and packing",
+          weft ? "weft" : "warp", yarn, 2e6 * woven.radius[f], 2e6 * fiber_type.radius));
     Resampled path = resample(woven, range, mismatch, options.element_length * diameter);
     for (Vec3& x : path.x) {
       x -= origin;

@@ -10,14 +10,17 @@
 
 #include "relax/compare.hpp"
 #include "relax/relaxed_file.hpp"
+#include "relax/report.hpp"
 #include "relax/topology_start.hpp"
 #include "scenes/cells.hpp"
 #include "scenes/own_folder.hpp"
+#include "weave/case.hpp"
 #include "weave/results.hpp"
 
 namespace heddle {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 
 nlohmann::json json_in(const std::filesystem::path& file) {
@@ -99,6 +102,33 @@ TEST_F(RelaxFolder, ResumedSeriesKeepsWhatIsFinishedAndGoesOnFromACheckpoint) {
               ThrowsMessage<std::runtime_error>(HasSubstr("was made with no further option, not --method = newton")));
 }
 
+TEST_F(RelaxFolder, ResultsOfAnotherStartAreNotTakenForThoseOfThis) {
+  options.series = {1};
+  EXPECT_EQ(relax_command(options), 0);
+  const std::filesystem::path file = options.output / "fibers_1" / "relax.vtkhdf";
+  relax::RelaxedFile other = relax::read_relaxed(file);
+  ASSERT_GT(other.start.size(), 0);
+  other.start[4] += 1e-9;
+  relax::write_relaxed(file, other);
+  options.resume = true;
+  EXPECT_THAT([&] { (void)relax_command(options); }, ThrowsMessage<std::runtime_error>(HasSubstr("relax.vtkhdf: is of another start")));
+}
+
+TEST_F(RelaxFolder, OnlyAWovenCellOrACaseIsAStart) {
+  EXPECT_EQ(relax_command(options), 0);
+  const relax::RelaxedFile relaxed = relax::read_relaxed(options.output / "relax.vtkhdf");
+  options.input = options.output / "relax.vtkhdf";
+  EXPECT_THAT([&] { (void)relax_command(options); }, ThrowsMessage<std::invalid_argument>(HasSubstr("relax.vtkhdf: is a relaxed cell")));
+  // As if it had been woven, but of more fibers.
+  options.input = folder / "cell.vtkhdf";
+  weave::write_results(options.input, {relax::snapshot_of(relaxed.cell, relaxed.q), {}, relaxed.case_toml, "test"});
+  const weave::Case c = weave::parse_case(relaxed.case_toml, "case.toml");
+  options.overrides = {"yarns." + c.yarns.begin()->first + ".fibers=7"};
+  EXPECT_THAT([&] { (void)relax_command(options); },
+              ThrowsMessage<std::invalid_argument>(AllOf(HasSubstr("cell.vtkhdf: warp yarn 0 was woven of fibers 100 um thick"),
+                                                         HasSubstr("a woven cell keeps its number of fibers a yarn"))));
+}
+
 TEST_F(RelaxFolder, NothingToResumeIsAnErrorForASingleRelaxation) {
   options.resume = true;
   EXPECT_THAT([&] { (void)relax_command(options); }, ThrowsMessage<std::runtime_error>(HasSubstr("no checkpoint to resume from")));
@@ -156,6 +186,9 @@ TEST(RelaxCommand, OptionsThatExcludeOneAnotherAreRefused) {
   refused([](RelaxOptions& o) { o.pressures = {0}, o.series = {7}; }, "not with --series");
   refused([](RelaxOptions& o) { o.starts = 2, o.series = {7}; }, "not with --series or --pressures");
   refused([](RelaxOptions& o) { o.method = "dynamic", o.load_x = 1; }, "moves no free length");
+  refused([](RelaxOptions& o) { o.pressures = {100000.1, 100000.2}; }, "to six digits");
+  refused([](RelaxOptions& o) { o.start_fibers = 7, o.fibers = 3; }, "--fibers 3: must be >= 7, the fibers that yarn 0 starts with");
+  refused([](RelaxOptions& o) { o.start_fibers = 7, o.series = {19, 3}; }, "--series 3: must be >= 7");
 }
 
 TEST(RelaxCommand, LoadsThatLeaveTheSizeOfTheCellOpenAreRefused) {

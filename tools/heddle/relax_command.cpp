@@ -77,15 +77,25 @@ std::filesystem::path woven_file(const std::filesystem::path& input) {
   return input.extension() == ".vtkhdf" ? input : std::filesystem::path();
 }
 
+relax::WovenStart woven_start(const std::filesystem::path& file, const weave::Case& c, const weave::Snapshot& cell,
+                              const relax::WovenOptions& options) {
+  try {
+    return relax::cell_from_woven(c, cell, options);
+  } catch (const std::invalid_argument& e) {
+    throw std::invalid_argument(file.string() + ": " + e.what());
+  }
+}
+
 Start start_of(const RelaxOptions& options) {
   Start start;
   if (const std::filesystem::path file = woven_file(options.input); !file.empty()) {
     if (options.start_fibers > 0) throw std::invalid_argument("--start-fibers: a woven cell starts with the fibers that it has");
+    if (relax::is_relaxed(file)) throw std::invalid_argument(file.string() + ": is a relaxed cell; give a woven one, or a case");
     const weave::ResultsFile results = weave::read_results(file);
     start.c = weave::parse_case(results.case_toml, file.string(), options.overrides);
     relax::WovenOptions woven{options.warp_tension, options.weft_tension, start.c.numerics.element_length};
     if (options.element_length > 0) woven.element_length = options.element_length;
-    relax::WovenStart cut = relax::cell_from_woven(start.c, results.snapshot, woven);
+    relax::WovenStart cut = woven_start(file, start.c, results.snapshot, woven);
     start.cell = std::move(cut.cell);
     start.x = std::move(cut.x);
     start.mismatch = cut.mismatch;
@@ -133,6 +143,20 @@ void check_loads(const relax::Cell& cell) {
         "--load-x, --load-y: both with prescribed tensions of warps and wefts leave the size of the cell open; give one, or the yarns' "
         "lengths by a woven cell without --warp-tension and --weft-tension");
   }
+}
+
+/// Throws where yarns would have to be refined to fewer fibers than they start with.
+void check_counts(const relax::Cell& cell, const RelaxOptions& o) {
+  std::map<int, int> fibers;
+  for (const int yarn : cell.yarn) ++fibers[yarn];
+  const auto check = [&](const char* option, int count) {
+    for (const auto& [yarn, has] : fibers) {
+      if (count > 0 && count < has)
+        throw std::invalid_argument(fmt::format("{} {}: must be >= {}, the fibers that yarn {} starts with", option, count, has, yarn));
+    }
+  };
+  check("--fibers", o.fibers);
+  for (const int count : o.series) check("--series", count);
 }
 
 /// The options that a state depends on, a line for each.
@@ -202,6 +226,7 @@ class Relaxation {
       return false;
     const relax::RelaxedFile relaxed = relax::read_relaxed(file);
     expect_same(file, relaxed.case_toml, case_toml_, relaxed.options, options_text_);
+    if (relaxed.start.size() > 0) expect_start(file, relaxed.start);
     return true;
   }
 
@@ -216,8 +241,7 @@ class Relaxation {
     if (options_.resume && std::filesystem::exists(checkpoint())) {
       relax::Checkpoint c = relax::read_checkpoint(checkpoint());
       expect_same(checkpoint(), c.case_toml, case_toml_, c.options, options_text_);
-      if (c.start.size() != start_.q.size() || c.start != start_.q)
-        throw std::runtime_error(checkpoint().string() + ": is of another start");
+      expect_start(checkpoint(), c.start);
       cell_ = std::move(c.cell);
       cell_start_ = std::move(c.cell_start);
       refined_ = c.refined;
@@ -246,6 +270,10 @@ class Relaxation {
  private:
   [[nodiscard]] std::filesystem::path checkpoint() const { return output_ / checkpoint_name; }
   [[nodiscard]] double wall() const { return wall_before_ + std::chrono::duration<double>(Clock::now() - begun_).count(); }
+
+  void expect_start(const std::filesystem::path& file, const Eigen::VectorXd& start) const {
+    if (start.size() != start_.q.size() || start != start_.q) throw std::runtime_error(file.string() + ": is of another start");
+  }
 
   void save(const relax::MinimizeState& state) const {
     relax::write_checkpoint(checkpoint(), {case_toml_, options_text_, start_.q, refined_, cell_, cell_start_, state, wall(), refinement_});
@@ -316,8 +344,9 @@ class Relaxation {
     context.violations = relax::order_violations(order, relax::crossing_order(cell, result.q));
     context.wall = wall();
     if (refined_) context.refinement = refinement_;
-    relax::write_relaxed(output_ / results_name,
-                         {cell, result.q, result.history, case_toml_, options_text_, relax::version(), result.certificate.blocked_by});
+    std::filesystem::remove(output_ / summary_name);  // it comes last: no old one stands beside new results
+    relax::write_relaxed(output_ / results_name, {cell, result.q, result.history, case_toml_, options_text_, relax::version(),
+                                                  result.certificate.blocked_by, start_.q});
     weave::write_text_file(output_ / summary_name, relax::summary_json(cell, result, measures, context));
     std::filesystem::remove(checkpoint());
 
@@ -406,6 +435,10 @@ int relax_series(const RelaxOptions& options, const Start& start, const std::fil
   return exit_status(columns);
 }
 
+std::string pressure_folder(double pressure) {
+  return fmt::format("pressure_{:g}", pressure);
+}
+
 /// Each pressure from the minimum of the one before.
 int relax_pressures(const RelaxOptions& options, Start start, const std::filesystem::path& output) {
   const auto begun = Clock::now();
@@ -421,7 +454,7 @@ int relax_pressures(const RelaxOptions& options, Start start, const std::filesys
       start.q = columns.back().state.q;
       relax::set_pressure(start.cell, pressure, start.q);
     }
-    const auto column = relaxed_in(output / fmt::format("pressure_{:g}", pressure), one, start, options.fibers, pressure);
+    const auto column = relaxed_in(output / pressure_folder(pressure), one, start, options.fibers, pressure);
     if (!column) return 130;
     columns.push_back(*column);
   }
@@ -461,8 +494,11 @@ void check_options(const RelaxOptions& o) {
     throw std::invalid_argument("--pressures: goes with one count of fibers, not with --series");
   if (o.starts > 1 && (!o.series.empty() || !o.pressures.empty()))
     throw std::invalid_argument("--starts: goes with one count of fibers and one pressure, not with --series or --pressures");
-  if (std::set<double>(o.pressures.begin(), o.pressures.end()).size() != o.pressures.size())
-    throw std::invalid_argument("--pressures: a pressure stands there twice");
+  std::set<std::string> folders;
+  for (const double pressure : o.pressures) {
+    if (!folders.insert(pressure_folder(pressure)).second)
+      throw std::invalid_argument(fmt::format("--pressures: {} stands there twice, to six digits", pressure));
+  }
   if (o.method == "dynamic" && (o.load_x || o.load_y))
     throw std::invalid_argument("--method dynamic: moves no free length of the cell (--load-x, --load-y)");
 }
@@ -481,6 +517,7 @@ int relax_command(const RelaxOptions& options) {
   start.cell.load_y = options.load_y;
   start.q = relax::unknowns_at(start.cell, start.x);
   check_loads(start.cell);
+  check_counts(start.cell, options);
   const std::filesystem::path output =
       options.output.empty() ? std::filesystem::path("results") / (start.c.name + "_relaxed") : options.output;
   if (!options.series.empty()) return relax_series(options, start, output);

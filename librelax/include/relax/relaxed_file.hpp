@@ -19,6 +19,7 @@ struct RelaxedFile {
   std::string options;                    ///< of the command, a line "name = value" for each
   std::string version;                    ///< program version and source revision
   std::optional<std::string> blocked_by;  ///< as in its Certificate: empty for a certified minimum; none where the file does not say
+  Eigen::VectorXd start = {};             ///< unknowns of the cell that the command started from; none where the file does not say
 };
 
 /// Writes aside and renames. Throws std::runtime_error naming file and cause.
