@@ -5,10 +5,8 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <chrono>
 #include <cmath>
-#include <csignal>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -18,6 +16,7 @@
 
 #include "heddle/compare_command.hpp"
 #include "heddle/relax_table.hpp"
+#include "heddle/stop_signal.hpp"
 #include "relax/minimize.hpp"
 #include "relax/perturb.hpp"
 #include "relax/refine.hpp"
@@ -34,12 +33,6 @@ namespace heddle {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-std::atomic<bool> stop_wanted = false;
-
-void on_signal(int) {
-  stop_wanted = true;
-}
 
 void show(const relax::MinimizeProgress& p) {
   fmt::print(stderr,
@@ -213,7 +206,7 @@ class Relaxation {
     minimize_.gradient_tolerance = minimize_.step_tolerance = options.tolerance;
     minimize_.iterations_max = options.iterations;
     minimize_.first_order_max = options.first_order;
-    minimize_.stop = &stop_wanted;
+    minimize_.stop = &StopSignal::wanted();
     if (!options.quiet) minimize_.on_progress = show;
     minimize_.on_checkpoint = [this](const relax::MinimizeState& state) { save(state); };
   }
@@ -508,9 +501,7 @@ void check_options(const RelaxOptions& o) {
 int relax_command(const RelaxOptions& options) {
   if (options.threads > 0) omp_set_num_threads(options.threads);
   check_options(options);
-  stop_wanted = false;
-  std::signal(SIGINT, on_signal);
-  std::signal(SIGTERM, on_signal);
+  const StopSignal stop_signal;
   Start start = start_of(options);
   start.cell.pressure = options.pressure;
   start.cell.load_x = options.load_x;

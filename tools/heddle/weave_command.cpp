@@ -3,21 +3,13 @@
 #include <fmt/format.h>
 #include <omp.h>
 
-#include <atomic>
-#include <csignal>
-
 #include "heddle/draft.hpp"
+#include "heddle/stop_signal.hpp"
 #include "weave/case.hpp"
 #include "weave/weaving_run.hpp"
 
 namespace heddle {
 namespace {
-
-std::atomic<bool> stop_wanted = false;
-
-void on_signal(int) {
-  stop_wanted = true;
-}
 
 std::string duration(double seconds) {
   const auto s = static_cast<long>(seconds);
@@ -39,14 +31,13 @@ int weave_command(const WeaveOptions& options) {
   run.output = options.output.empty() ? std::filesystem::path("results") / c.name : options.output;
   run.resume = options.resume;
   run.stop_after_pick = options.picks;
-  run.stop = &stop_wanted;
+  const StopSignal stop_signal;
+  run.stop = &StopSignal::wanted();
   if (!options.quiet) run.on_progress = show;
-  std::signal(SIGINT, on_signal);
-  std::signal(SIGTERM, on_signal);
   const weave::WeaveResult result = weave::weave_cloth(c, run);
   if (!options.quiet) fmt::print(stderr, "\n");
   const weave::WeaveSummary& s = result.summary;
-  if (result.status == weave::RunStatus::interrupted && !stop_wanted) {
+  if (result.status == weave::RunStatus::interrupted && !StopSignal::wanted()) {
     fmt::print("stopped after {} of {} picks; go on with --resume\n  results in {}\n", s.picks, c.cells * c.picks_per_cell(),
                run.output.string());
     return 0;
