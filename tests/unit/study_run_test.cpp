@@ -377,6 +377,7 @@ while read -r name; do
   mkdir -p "$here/out/runs/$name"
   cp "$here/ready/$name.json" "$here/out/runs/$name/run.json"
 done < "$here/names"
+echo "sbatch: info: this site speaks 1 word too many" >&2
 echo "$((40 + n));cluster"
 )");
     write_program("squeue", "#!/bin/sh\necho 'slurm_load_jobs error: Invalid job id specified' >&2\nexit 1\n");
@@ -416,6 +417,16 @@ TEST_F(StudySlurmTest, LostTasksAreSubmittedAgain) {
        {"#SBATCH --array=0-2%2\n", "#SBATCH --requeue\n", "#SBATCH --signal=B:TERM@120\n", "#SBATCH --partition=long\n",
         "runs=('tension_1' 'tension_2' 'tension_3')\n", "--only \"${runs[$SLURM_ARRAY_TASK_ID]}\" --jobs 1 --threads 1 --quiet"})
     EXPECT_THAT(script, HasSubstr(line));
+}
+
+/// What runs the task reads its record from the disk, and runs nothing that has failed there.
+TEST_F(StudySlurmTest, RetriedRunsWaitOnTheDiskToo) {
+  const StudyRun& first = study.runs.front();
+  write_record(study, first, options.output, {.state = RunState::failed, .message = "the shed is too low", .wall = 5, .attempts = 1});
+  write_program("sbatch", "#!/bin/sh\ncp \"$(dirname \"$0\")/out/runs/tension_1/run.json\" \"$(dirname \"$0\")/as_submitted\"\nexit 1\n");
+  options.retry = true;
+  EXPECT_THROW(study_command(options), std::runtime_error);
+  EXPECT_THAT(read("as_submitted"), HasSubstr("waiting"));
 }
 
 TEST_F(StudySlurmTest, RefusalIsReported) {

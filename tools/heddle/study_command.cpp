@@ -180,6 +180,11 @@ int study_command(const StudyOptions& options) {
     return 0;
   }
   check_folder(study, tasks, output);
+  if (options.retry) {  // those who run it elsewhere read it there
+    for (const RunTask& task : tasks) {
+      if (task.record.state == RunState::waiting && task.record.attempts > 0) write_record(study, *task.run, output, task.record);
+    }
+  }
   if (!slurm) check_memory(tasks);
 
   watch_stop_signals();

@@ -48,6 +48,17 @@ Answer ask(const std::string& command) {
   return answer;
 }
 
+/// The job that sbatch --parsable names, "JOB" or "JOB;CLUSTER" in a line of its own: sites print notices beside it. Empty: none.
+std::string job_in(const std::string& text) {
+  std::istringstream lines(text);
+  std::string job;
+  for (std::string line; std::getline(lines, line);) {
+    const std::string number = line.substr(0, line.find(';'));
+    if (!number.empty() && number.find_first_not_of("0123456789") == std::string::npos) job = number;
+  }
+  return job;
+}
+
 bool is_command(const std::string& name) {
   std::istringstream folders(std::getenv("PATH") ? std::getenv("PATH") : "");
   for (std::string folder; std::getline(folders, folder, ':');) {
@@ -195,7 +206,8 @@ class Cluster {
     weave::write_text_file(script, array_script(study_, again, options_));
     const Answer answer = ask("sbatch --parsable " + quoted(script.string()));
     if (answer.status != 0) throw std::runtime_error("sbatch refuses the job array " + script.string() + ": " + answer.text);
-    array.job = answer.text.substr(0, answer.text.find_first_of(";\n"));
+    array.job = job_in(answer.text);
+    if (array.job.empty()) throw std::runtime_error("sbatch names no job for " + script.string() + ": " + answer.text);
     arrays_.push_back(std::move(array));
     write_arrays(folder_ / "jobs.json", arrays_);
     progress_.say(fmt::format("submitted {} runs as job {}", again.size(), arrays_.back().job));
