@@ -41,21 +41,6 @@ class Clock {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-void check(const EnvelopeOptions& o) {
-  const auto expect = [](const char* name, double value, double low, double high) {
-    if (!(value >= low) || !(value <= high))
-      throw std::invalid_argument(fmt::format("{} = {}: must be {} to {} fiber diameters", name, value, low, high));
-  };
-  expect("edge length", o.edge_length, 0.02, 10);
-  if (o.ring_distance != 0) expect("ring distance", o.ring_distance, 0.05, 20);
-  expect("ball radius", o.ball_radius, 0.1, 1000);
-  expect("gap", o.gap, 1e-4, 0.5);
-  if (o.tolerance != 0 && (!(o.tolerance >= 1e-3) || !(o.tolerance <= 10)))
-    throw std::invalid_argument(fmt::format("tolerance = {}: must be 0.001 to 10 fiber radii", o.tolerance));
-  if (!(o.edge_length_m >= 0) || !std::isfinite(o.edge_length_m))
-    throw std::invalid_argument(fmt::format("edge length = {} m: must be > 0", o.edge_length_m));
-}
-
 /// Triangles between the points of the first ring that close it, turned toward the yarn's end.
 std::vector<std::array<std::uint32_t, 3>> cap_of(const YarnSide& side) {
   std::vector<Vec2> polygon;
@@ -248,11 +233,27 @@ std::vector<double> continuous_rotation(const std::vector<YarnSection>& sections
   return rotation;
 }
 
+void check_options(const EnvelopeOptions& o, double diameter) {
+  const auto expect = [](const char* name, double value, double low, double high) {
+    if (!(value >= low) || !(value <= high))
+      throw std::invalid_argument(fmt::format("{} = {}: must be {} to {} fiber diameters", name, value, low, high));
+  };
+  expect("edge length", o.edge_length, 0.02, 10);
+  if (o.ring_distance != 0) expect("ring distance", o.ring_distance, 0.05, 20);
+  expect("ball radius", o.ball_radius, 0.1, 1000);
+  expect("gap", o.gap, 1e-4, 0.5);
+  if (o.tolerance != 0 && (!(o.tolerance >= 1e-3) || !(o.tolerance <= 10)))
+    throw std::invalid_argument(fmt::format("tolerance = {}: must be 0.001 to 10 fiber radii", o.tolerance));
+  if (!(o.edge_length_m >= 0) || !std::isfinite(o.edge_length_m))
+    throw std::invalid_argument(fmt::format("edge length = {} m: must be > 0", o.edge_length_m));
+  if (o.edge_length_m > 0 && diameter > 0) expect("edge length", o.edge_length_m / diameter, 0.02, 10);
+}
+
 Envelopes make_envelopes(const weave::Snapshot& cell, const EnvelopeOptions& options) {
-  check(options);
+  const double diameter = cell.radius.empty() ? 0 : 2 * *std::min_element(cell.radius.begin(), cell.radius.end());
+  check_options(options, diameter);
   if (options.tolerance == 0) return envelopes_of(cell, options, nullptr);
   constexpr double edge_least = 0.05;  // [fiber diameters]
-  const double diameter = cell.radius.empty() ? 0 : 2 * *std::min_element(cell.radius.begin(), cell.radius.end());
   EnvelopeOptions tried = options;
   for (;;) {
     double unmoved = 0;

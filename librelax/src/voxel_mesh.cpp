@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -102,17 +104,31 @@ void mark_inside(const SurfaceMesh& surface, const VolumeMesh& mesh, std::vector
 
 }  // namespace
 
+namespace {
+
+/// Throws std::invalid_argument for more voxels than are meant by any mesh; the counts' product stays within an int.
+std::array<int, 3> expect_few(const std::array<double, 3>& counts) {
+  constexpr double most = 1e8;
+  const double all = counts[0] * counts[1] * counts[2];
+  if (!(all <= most))
+    throw std::invalid_argument(fmt::format("voxels: {:.0f} x {:.0f} x {:.0f} would be {:.2g} elements; at most {:.0g} are made", counts[0],
+                                            counts[1], counts[2], all, most));
+  return {static_cast<int>(counts[0]), static_cast<int>(counts[1]), static_cast<int>(counts[2])};
+}
+
+}  // namespace
+
 std::array<int, 3> voxel_counts(const Vec3& size, const VoxelOptions& options) {
   if (options.counts != std::array<int, 3>{0, 0, 0}) {
     for (const int n : options.counts)
       if (n < 1) throw std::invalid_argument("voxels: counts along x, y and z must be at least 1");
-    return options.counts;
+    return expect_few({1.0 * options.counts[0], 1.0 * options.counts[1], 1.0 * options.counts[2]});
   }
-  const auto count = [](double length, double step) { return std::max(1, static_cast<int>(std::lround(length / step))); };
-  if (options.size > 0) return {count(size.x(), options.size), count(size.y(), options.size), count(size.z(), options.size)};
+  const auto count = [](double length, double step) { return std::max(1.0, std::round(length / step)); };
+  if (options.size > 0) return expect_few({count(size.x(), options.size), count(size.y(), options.size), count(size.z(), options.size)});
   if (options.elements < 1) throw std::invalid_argument("voxels: the number of elements must be at least 1");
   const double height = std::cbrt(size.prod() / (4.0 * options.elements));
-  return {count(size.x(), 2 * height), count(size.y(), 2 * height), count(size.z(), height)};
+  return expect_few({count(size.x(), 2 * height), count(size.y(), 2 * height), count(size.z(), height)});
 }
 
 VolumeMesh box_mesh(const Vec3& low, const Vec3& high, const std::array<int, 3>& counts) {

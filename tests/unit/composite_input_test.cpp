@@ -30,6 +30,20 @@ TEST(CompositeInput, TakesTheMaterialsOfTheCase) {
   EXPECT_EQ(heddle::constituents_of({}, of_material("aramid")).fiber.e1, 84.62e9);
 }
 
+TEST(CompositeInput, FiberMayNameAMaterialOfTheCase) {
+  weave::Case c = of_material("");
+  c.materials["hemp"] = {30e9, 5e9, 3e9, 0.3, 0.4};
+  c.materials["carbon"] = {300e9, 10e9, 20e9, 0.2, 0.3};
+  heddle::CompositeOptions options;
+  options.fiber = "hemp";
+  EXPECT_EQ(heddle::constituents_of(options, c).fiber.e1, 30e9);
+  options.fiber = "carbon";  // goes before the one that is known by that name
+  EXPECT_EQ(heddle::constituents_of(options, c).fiber.e1, 300e9);
+  options.fiber = "jute";
+  EXPECT_THAT([&] { heddle::constituents_of(options, c); },
+              ThrowsMessage<std::invalid_argument>(AllOf(HasSubstr("--fiber jute"), HasSubstr("of the case hemp"))));
+}
+
 TEST(CompositeInput, IsGlassInEpoxyWhereNothingIsSaid) {
   for (const weave::Case& c : {of_material(""), weave::Case{}}) {
     const relax::Constituents made = heddle::constituents_of({}, c);

@@ -64,6 +64,43 @@ TEST_F(RunCommand, WritesEveryFormatAndTheTimeOfEachStage) {
   EXPECT_EQ(read("summary.json"), first);
 }
 
+TEST_F(RunCommand, WhatLaterStagesCanNotTakeIsToldBeforeTheWeaving) {
+  weave::write_text_file(folder / "case.toml", scenes::small_case_text());
+  heddle::PipelineOptions options;
+  options.case_file = folder / "case.toml";
+  options.output = folder / "out";
+  const auto expect = [&](const heddle::PipelineOptions& o, const std::string& text) {
+    EXPECT_THAT([&] { heddle::run_command(o); }, ::testing::ThrowsMessage<std::invalid_argument>(HasSubstr(text)));
+  };
+  heddle::PipelineOptions wrong = options;
+  wrong.fibers = 1;
+  expect(wrong, "--fibers 1: must be >= 3, the fibers of yarn glass");
+  for (const char* length : {"50", "0", "0 um", "1 nm"}) {
+    wrong = options;
+    wrong.edge_length = length;
+    expect(wrong, "edge");
+  }
+  EXPECT_FALSE(std::filesystem::exists(options.output));
+}
+
+TEST_F(RunCommand, PicturesThatCanNotBeDrawnLeaveTheWeaveComplete) {
+  weave::write_text_file(folder / "case.toml", scenes::small_case_text());
+  heddle::PipelineOptions options;
+  options.case_file = folder / "case.toml";
+  options.output = folder / "out";
+  options.overrides = {"yarns.glass.fibers=1"};
+  options.until = "weave";
+  options.quiet = true;
+  std::filesystem::create_directories(options.output / "weave");
+  weave::write_text_file(options.output / "weave" / "pictures", "in the way of the folder");
+  EXPECT_EQ(heddle::run_command(options), 0);
+  const std::string woven = read("weave/summary.json");
+  std::filesystem::remove(options.output / "weave" / "pictures");
+  EXPECT_EQ(heddle::run_command(options), 0);  // what is missing is drawn, and nothing is woven
+  EXPECT_EQ(read("weave/summary.json"), woven);
+  EXPECT_TRUE(std::filesystem::exists(options.output / "weave" / "pictures" / "side.png"));
+}
+
 TEST_F(RunCommand, MinimaNeedARelaxedCell) {
   weave::write_text_file(folder / "case.toml", scenes::small_case_text());
   heddle::PipelineOptions options;

@@ -148,6 +148,8 @@ TEST(VoxelMesh, CountsFromSizeAndElements) {
   const std::array<int, 3> n = voxel_counts(size, {.elements = 20000});
   EXPECT_NEAR(n[0] * n[1] * n[2], 20000, 2000);  // counts are whole numbers
   EXPECT_NEAR(1.5 / n[0] / (0.25 / n[2]), 2, 0.1);
+  for (const VoxelOptions& many : {VoxelOptions{.counts = {1300, 1300, 1300}}, VoxelOptions{.size = 1e-9}})
+    EXPECT_THAT([&] { voxel_counts(size, many); }, testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("at most 1e+08")));
 }
 
 TEST(VoxelMesh, BadInputIsNamed) {

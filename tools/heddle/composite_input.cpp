@@ -114,13 +114,14 @@ relax::Constituents constituents_of(const CompositeOptions& o, const weave::Case
   c.fiber_name = !o.fiber.empty() ? o.fiber : material_of_yarns(source_case);
   const auto& known = weave::known_fibers();
   const auto fiber = std::find_if(known.begin(), known.end(), [&](const weave::KnownFiber& f) { return f.name == c.fiber_name; });
-  if (o.fiber.empty() && source_case.materials.contains(c.fiber_name)) {
+  if (source_case.materials.contains(c.fiber_name)) {  // a case's own goes before one that is known
     c.fiber = source_case.materials.at(c.fiber_name);
   } else if (fiber != known.end()) {
     c.fiber = fiber->constants;
   } else {
     std::string names;
     for (const weave::KnownFiber& f : known) names += std::string(names.empty() ? "" : ", ") + f.name;
+    for (const auto& [name, constants] : source_case.materials) names += ", and of the case " + name;
     throw std::invalid_argument("--fiber " + o.fiber + ": known are " + names);
   }
   const auto change = [&](double value, double least, double& constant) {

@@ -246,7 +246,7 @@ int main(int argc, char** argv) {
   view_app->add_option("--color", view.color, "yarn or stress")->check(CLI::IsMember({"yarn", "stress"}));
   view_app->add_option("--x", view.sections_x, "cut at x [m]");
   view_app->add_option("--y", view.sections_y, "cut at y [m]");
-  view_app->add_option("--width", view.width_px, "picture width [px]")->check(CLI::Range(200, 20000));
+  view_app->add_option("--width", view.width_px, "picture width [px]")->check(CLI::Range(400, 16000));
   CLI11_PARSE(app, argc, argv);
 
   try {

@@ -20,6 +20,8 @@
 #include "heddle/report_page.hpp"
 #include "heddle/view.hpp"
 #include "heddle/weave_command.hpp"
+#include "relax/envelope.hpp"
+#include "relax/homogenize.hpp"
 #include "weave/case.hpp"
 #include "weave/results.hpp"
 #include "weave/version.hpp"
@@ -37,6 +39,7 @@ struct Stage {
   std::string name, title;
   std::function<int()> run;  ///< returns the exit status
   path pictures;             ///< folder
+  path drawn = {};           ///< folder of results to draw, once they are complete
 };
 
 /// Content of a JSON file; null where there is none or it is not whole.
@@ -181,11 +184,42 @@ std::vector<PageYarn> yarns_of(const path& envelope) {
   return yarns;
 }
 
+/// Draws a folder's results unless that was done since they were made. If it can not be done, they are no less complete.
 void draw(const path& folder) {
   ViewOptions view_options;
   view_options.results = folder;
   view_options.output = folder / "pictures";
-  view(view_options);
+  const std::vector<path> pictures = pictures_in(view_options.output);
+  const auto is_new = [&](const path& picture) {
+    return std::filesystem::last_write_time(picture) >= std::filesystem::last_write_time(folder / "summary.json");
+  };
+  if (!pictures.empty() && std::all_of(pictures.begin(), pictures.end(), is_new)) return;
+  try {
+    view(view_options);
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "the pictures of {} failed: {}\n", folder.string(), e.what());
+  }
+}
+
+/// Throws for what later stages could not take, before the first one begins.
+void check_options(const PipelineOptions& o, const weave::Case& c, bool meshes, bool homogenizes) {
+  std::vector<std::string> used = c.weft.yarn_of_layer;
+  for (const weave::WarpSection& section : c.sections) used.push_back(section.yarn);
+  double diameter = 1e300;
+  for (const std::string& name : used) {
+    const weave::YarnType& yarn = c.yarns.at(name);
+    diameter = std::min(diameter, 2 * yarn.fiber_radius());
+    if (const int has = yarn.fibers; o.fibers > 0 && o.fibers < has)
+      throw std::invalid_argument(fmt::format("--fibers {}: must be >= {}, the fibers of yarn {}", o.fibers, has, name));
+  }
+  const EdgeLength edge_length = parse_edge_length(o.edge_length);
+  relax::EnvelopeOptions envelope;
+  (edge_length.in_diameters ? envelope.edge_length : envelope.edge_length_m) = edge_length.value;
+  relax::check_options(envelope, diameter);
+  HomogenizeCommandOptions homogenize;
+  homogenize.fiber = o.fiber;
+  if (meshes) constituents_of(homogenize, c);
+  if (homogenizes) relax::find_ccx(homogenize.ccx);
 }
 
 }  // namespace
@@ -201,9 +235,8 @@ int run_command(const PipelineOptions& options) {
   homogenize_options.fiber = options.fiber;
   homogenize_options.elements = options.elements;
   homogenize_options.tetrahedra = options.tetrahedra;
-  parse_edge_length(options.edge_length);
-  if (last >= std::find(stage_names.begin(), stage_names.end(), std::string("mesh")))
-    constituents_of(homogenize_options, c);  // what it can not take is said before the weaving
+  const auto reaches = [&](const char* stage) { return last >= std::find(stage_names.begin(), stage_names.end(), std::string(stage)); };
+  check_options(options, c, reaches("mesh"), reaches("homogenize"));
   const path output = options.output.empty() ? path("results") / c.name : options.output;
   Pipeline pipeline(output);
   const path woven = pipeline.folder_of("weave"), relaxed = pipeline.folder_of("relax"), minima = pipeline.folder_of("minima"),
@@ -218,7 +251,6 @@ int run_command(const PipelineOptions& options) {
       o.resume = unfinished && std::filesystem::exists(woven / "checkpoint.h5");
       o.quiet = options.quiet;
       const int status = weave_command(o);
-      if (status == 0) draw(woven);
       return status == 0 ? 0 : std::max(status, 2);
     });
   };
@@ -235,9 +267,7 @@ int run_command(const PipelineOptions& options) {
     if (!unfinished) std::filesystem::remove(folder / "checkpoint.h5");  // of other inputs
     o.resume = std::filesystem::exists(folder / "checkpoint.h5");
     o.quiet = options.quiet;
-    const int result = relax_command(o);
-    if (result < 2) draw(folder);
-    return result;
+    return relax_command(o);
   };
   const auto relax_stage = [&] {
     ordered_json inputs = {{"fibers", options.fibers}};
@@ -292,13 +322,13 @@ int run_command(const PipelineOptions& options) {
       return homogenize_command(o);
     });
   };
-  std::vector<Stage> stages = {{"weave", "Weaving", weave_stage, woven / "pictures"},
-                               {"relax", "Relaxation", relax_stage, relaxed / "pictures"},
+  std::vector<Stage> stages = {{"weave", "Weaving", weave_stage, woven / "pictures", woven},
+                               {"relax", "Relaxation", relax_stage, relaxed / "pictures", relaxed},
                                {"envelope", "Yarn envelopes", envelope_stage, envelope},
                                {"mesh", "Mesh", mesh_stage, meshed / "pictures"},
                                {"homogenize", "Stiffness of the composite", homogenize_stage, homogenized / "pictures"}};
   stages.resize(static_cast<std::size_t>(last - stage_names.begin()) + 1);
-  if (options.minima) stages.insert(stages.begin() + 2, {"minima", "Minima", minima_stage, minima});
+  if (options.minima) stages.insert(stages.begin() + 2, {"minima", "Minima", minima_stage, minima, minima / "from_topology"});
 
   PageContent page;
   page.title = c.name;
@@ -316,6 +346,7 @@ int run_command(const PipelineOptions& options) {
     }
     const path folder = pipeline.folder_of(stage.name);
     if (status >= 2 || !std::filesystem::exists(folder / "summary.json")) break;
+    if (!stage.drawn.empty()) draw(stage.drawn);
     const ordered_json summary = read_json(folder / "summary.json");
     page.stages.push_back(
         {stage.title, folder / "summary.json", keys_of(stage.name), pictures_in(stage.pictures), tables_of(stage.name, summary)});

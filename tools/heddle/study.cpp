@@ -215,7 +215,7 @@ std::string stage_key_mistake(const std::string& key, const std::string& value) 
                ? ""
                : fmt::format("must be a number >= 0 [{}]", key == "relax.pressure" ? "Pa" : "N");
   }
-  if (key == "homogenize.elements") return integer(1, 100000000);
+  if (key == "homogenize.elements") return integer(8, 10000000);  // as `heddle run`
   if (key == "relax.unconverged") return value == "true" || value == "false" ? "" : "expected true or false";
   return "unknown key; of the stages after weaving a study may give relax.fibers, relax.pressure, relax.load_x, relax.load_y, "
          "relax.unconverged and homogenize.elements";

@@ -55,6 +55,9 @@ struct EnvelopeOptions {
   double tolerance = 0;      ///< largest distance_max of the report, for which edges and ring distance are shortened [fiber radii]; 0: any
 };
 
+/// Throws std::invalid_argument for values out of bounds. diameter: the smallest of the fibers [m]; 0 if it is not known.
+void check_options(const EnvelopeOptions& options, double diameter);
+
 /// How surfaces and fibers fit one another.
 struct EnvelopeReport {
   bool closed = true;                    ///< each one, manifold and with normals that point outward
