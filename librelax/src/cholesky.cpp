@@ -119,8 +119,5 @@ Eigen::VectorXd Cholesky::solve(const Eigen::VectorXd& right) const {
 double Cholesky::nonzeros() const {
   return factor_->common.lnz;
 }
-double Cholesky::flops() const {
-  return factor_->common.fl;
-}
 
 }  // namespace relax

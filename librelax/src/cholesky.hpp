@@ -22,7 +22,6 @@ class Cholesky {
   /// Unknown at which the last factorization met a pivot that is not positive; -1: none.
   [[nodiscard]] Eigen::Index failed_at() const { return failed_at_; }
   [[nodiscard]] double nonzeros() const;  ///< of the factor
-  [[nodiscard]] double flops() const;     ///< of one factorization
 
  private:
   struct Factor;

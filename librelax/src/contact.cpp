@@ -145,11 +145,7 @@ void evaluate(const Cell& cell, const Unknowns& unknowns, const ContactList& lis
     const double distance = std::sqrt(distance2), overlap = law.reach - distance;
     part.energy += weight * law.line_energy(overlap);
     ++state.touching;
-    if (overlap > state.overlap_max * law.reach) {
-      state.overlap_max = overlap / law.reach;
-      state.node_max = contact.span;
-      state.other_max = at.span.node[1];
-    }
+    state.overlap_max = std::max(state.overlap_max, overlap / law.reach);
     if (!want.gradient && !want.hessian) continue;
     const double force = weight * law.line_force(overlap);
     const Movers movers = movers_of(cell, unknowns, contact, own, u, at);
@@ -255,10 +251,7 @@ double contact_energy(const Cell& cell, const ContactList& list, const Eigen::Ve
     if (!state) continue;
     state->touching += p.state.touching;
     state->overlaps.insert(state->overlaps.end(), p.state.overlaps.begin(), p.state.overlaps.end());
-    if (p.state.overlap_max <= state->overlap_max) continue;
-    state->overlap_max = p.state.overlap_max;
-    state->node_max = p.state.node_max;
-    state->other_max = p.state.other_max;
+    state->overlap_max = std::max(state->overlap_max, p.state.overlap_max);
   }
   return energy;
 }

@@ -443,6 +443,7 @@ class Minimization {
         return false;
       }
     }
+    Eigen::VectorXd direction;
     if (gradient_before <= options_.gradient_tolerance) {
       if (!shares_settled()) {
         find_contacts_anew();
@@ -453,11 +454,13 @@ class Minimization {
       hold_free_fibers();
       if (!factorize(0)) return !options_.leave_saddles || !leave_saddle();
       at_.damping = 0;
-      const Eigen::VectorXd newton = solve();
-      if (newton.cwiseAbs().maxCoeff() <= options_.step_tolerance * scale_.diameter_min) return true;
+      direction = solve();
+      if (direction.cwiseAbs().maxCoeff() <= options_.step_tolerance * scale_.diameter_min) return true;
+    } else {
+      factorize_for_descent();
+      direction = solve();
     }
-    factorize_for_descent();
-    const Gone gone = descend(solve(), halvings);
+    const Gone gone = descend(std::move(direction), halvings);
     if (gone.share == 0) {
       at_.damping = std::max(damping_when_nowhere * at_.damping, damping_after_failure);
       evaluate();

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -14,6 +13,7 @@
 #include "heddle/edge_length.hpp"
 #include "heddle/envelope_command.hpp"
 #include "heddle/homogenize_command.hpp"
+#include "heddle/json_file.hpp"
 #include "heddle/mesh_command.hpp"
 #include "heddle/page_tables.hpp"
 #include "heddle/relax_command.hpp"
@@ -41,12 +41,6 @@ struct Stage {
   path pictures;             ///< folder
   path drawn = {};           ///< folder of results to draw, once they are complete
 };
-
-/// Content of a JSON file; null where there is none or it is not whole.
-ordered_json read_json(const path& file) {
-  std::ifstream in(file);
-  return in ? ordered_json::parse(in, nullptr, false) : ordered_json();
-}
 
 /// Stages in folders of their own, each with a stage.json that says what it was made from.
 class Pipeline {

@@ -1,24 +1,23 @@
 #include "heddle/study_cloths.hpp"
 
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "heddle/json_file.hpp"
 #include "heddle/study_record.hpp"
 #include "weave/version.hpp"
 
 namespace heddle {
 namespace {
 
-using nlohmann::json;
+using nlohmann::ordered_json;
 using std::filesystem::path;
 
 /// What is known about the cloth of a run woven to its end; null: there is none.
-json woven(const path& run) {
-  std::ifstream in(run / "weave" / "stage.json");
-  json stage = in ? json::parse(in, nullptr, false) : json();
-  return stage.is_object() && stage.value("finished", false) ? stage : json();
+ordered_json woven(const path& run) {
+  ordered_json stage = read_json(run / "weave" / "stage.json");
+  return stage.is_object() && stage.value("finished", false) ? stage : ordered_json();
 }
 
 /// Folders of runs in a study's folder, or the folder itself.
@@ -32,10 +31,9 @@ std::vector<path> runs_in(const path& folder) {
 }  // namespace
 
 const RunTask* twin_of(const RunTask& task, const std::vector<RunTask>& tasks) {
-  const std::string cloth = weave::to_toml(task.run->spec);
   for (const RunTask& other : tasks) {
     if (&other == &task) return nullptr;
-    if (weave::to_toml(other.run->spec) == cloth) return &other;
+    if (other.cloth == task.cloth) return &other;
   }
   return nullptr;
 }
@@ -52,14 +50,14 @@ std::size_t take_over_cloths(const std::vector<RunTask>& tasks, const std::vecto
   std::map<std::string, path> cloths;
   for (const path& folder : folders) {
     for (const path& run : runs_in(folder)) {
-      const json stage = woven(run);
-      const json inputs = stage.is_null() ? json() : stage.value("inputs", json());
+      const ordered_json stage = woven(run);
+      const ordered_json inputs = stage.is_null() ? ordered_json() : stage.value("inputs", ordered_json());
       if (inputs.is_object() && inputs.value("version", "") == weave::version()) cloths.emplace(inputs.value("case", ""), run);
     }
   }
   std::size_t taken = 0;
   for (const RunTask& task : tasks) {
-    const auto cloth = cloths.find(weave::to_toml(task.run->spec));
+    const auto cloth = cloths.find(task.cloth);
     const path to = run_folder(output, *task.run);
     if (cloth == cloths.end() || std::filesystem::exists(to / "weave")) continue;
     copy_weave(cloth->second, to);

@@ -10,6 +10,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "heddle/json_file.hpp"
 #include "heddle/study.hpp"
 #include "heddle/study_cloths.hpp"
 #include "heddle/study_local.hpp"
@@ -44,6 +45,7 @@ std::vector<RunTask> plan(const Study& study, const path& output) {
   for (const StudyRun& run : study.runs) {
     RunTask task;
     task.run = &run;
+    task.cloth = weave::to_toml(run.spec);
     try {
       const weave::RunEstimate e = weave::estimate_run(run.spec);
       task.cost = e.wall * omp_get_max_threads();
@@ -62,19 +64,14 @@ std::vector<RunTask> plan(const Study& study, const path& output) {
   return tasks;
 }
 
-bool is_over(const RunTask& task) {
-  return task.record.state == RunState::finished || task.record.state == RunState::failed;
-}
-
 /// Refuses a folder of another study, and a disk that is too small.
 void check_folder(const Study& study, const std::vector<RunTask>& tasks, const path& output) {
-  std::ifstream in(output / "study.json");
-  const nlohmann::json j = in ? nlohmann::json::parse(in, nullptr, false) : nlohmann::json();
+  const nlohmann::ordered_json j = read_json(output / "study.json");
   if (j.is_object() && j.value("study", study.name) != study.name)
     throw std::runtime_error(fmt::format("{}: holds the study {}; give --output another folder", output.string(), j.value("study", "")));
   std::filesystem::create_directories(output);
   double needed = 0;
-  for (const RunTask& task : tasks) needed += is_over(task) ? 0 : task.disk;
+  for (const RunTask& task : tasks) needed += task.is_over() ? 0 : task.disk;
   const auto free = static_cast<double>(std::filesystem::space(output).available);
   if (needed > free)
     throw std::runtime_error(
@@ -84,7 +81,7 @@ void check_folder(const Study& study, const std::vector<RunTask>& tasks, const p
 void check_memory(const std::vector<RunTask>& tasks) {
   const double total = memory_bytes("MemTotal");
   for (const RunTask& task : tasks) {
-    if (!is_over(task) && total > 0 && task.memory > total)
+    if (!task.is_over() && total > 0 && task.memory > total)
       throw std::runtime_error(fmt::format("run {} needs about {:.3g} GB of memory, this machine has {:.3g} GB", task.run->name,
                                            1e-9 * task.memory, 1e-9 * total));
   }
@@ -98,11 +95,11 @@ void print_list(const Study& study, const std::vector<RunTask>& tasks, const Sha
   for (const RunTask& task : tasks) {
     const RunTask* twin = twin_of(task, tasks);
     const bool waits = twin != nullptr && task.record.state == RunState::waiting;
-    if (!twin && !is_over(task)) whole += task.cost;
+    if (!twin && !task.is_over()) whole += task.cost;
     fmt::print("  {:<44} {:>12} {:>7.0f} MB  {}{}\n", task.run->name, twin ? "-" : duration_text(task.cost), 1e-6 * task.memory,
                name_of(task.record.state), waits ? " for the cloth of " + twin->run->name : "");
   }
-  fmt::print("  about {} to weave what is left\n", duration_text(whole / std::max(1, shares.jobs)));
+  fmt::print("  about {} to weave what is left; time and memory are those of weaving\n", duration_text(whole / std::max(1, shares.jobs)));
 }
 
 void write_tables(const Study& study, const std::vector<StudyRow>& rows, const path& output) {
@@ -169,7 +166,7 @@ int study_command(const StudyOptions& options) {
   }
   std::vector<double> memory;
   for (const RunTask& task : tasks) {
-    if (!is_over(task)) memory.push_back(task.memory);
+    if (!task.is_over()) memory.push_back(task.memory);
   }
   std::sort(memory.rbegin(), memory.rend());
   constexpr double memory_share = 0.8;  // of what is free now
@@ -196,7 +193,7 @@ int study_command(const StudyOptions& options) {
   bool completed = true;
   {
     StudyProgress progress(tasks, output, shares.jobs, options.quiet);
-    const auto kept = std::count_if(tasks.begin(), tasks.end(), is_over);
+    const auto kept = std::ranges::count_if(tasks, &RunTask::is_over);
     if (kept > 0) progress.say(fmt::format("{} of {} runs are kept from before", kept, tasks.size()));
     if (const std::size_t taken = take_over_cloths(tasks, options.reuse, output); taken > 0)
       progress.say(fmt::format("cloths of {} runs are taken over", taken));

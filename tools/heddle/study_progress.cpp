@@ -14,10 +14,6 @@ double seconds_since(Clock::time_point t) {
   return std::chrono::duration<double>(Clock::now() - t).count();
 }
 
-bool is_over(const RunTask& task) {
-  return task.record.state == RunState::finished || task.record.state == RunState::failed;
-}
-
 }  // namespace
 
 std::string duration_text(double seconds) {
@@ -37,7 +33,7 @@ StudyProgress::~StudyProgress() {
 
 /// A woven pick leaves a file behind it.
 double StudyProgress::done_of(const RunTask& task) const {
-  if (is_over(task)) return task.cost;
+  if (task.is_over()) return task.cost;
   std::error_code none;
   double picks = 0;
   for (const auto& entry : std::filesystem::directory_iterator(run_folder(output_, *task.run) / "weave" / "picks", none))
@@ -63,7 +59,7 @@ void StudyProgress::show() {
   int over = 0, failed = 0;
   std::string running;
   for (const RunTask& task : tasks_) {
-    over += is_over(task);
+    over += task.is_over();
     failed += task.record.state == RunState::failed;
     if (task.record.state == RunState::running) running += (running.empty() ? "" : ", ") + task.run->name;
   }
@@ -75,7 +71,7 @@ void StudyProgress::show() {
 }
 
 void StudyProgress::ended(const RunTask& task, double wall) {
-  const auto over = std::count_if(tasks_.begin(), tasks_.end(), is_over);
+  const auto over = std::ranges::count_if(tasks_, &RunTask::is_over);
   const bool failed = task.record.state == RunState::failed;
   say(fmt::format("{} {} after {}; {} of {} done{}{}", task.run->name, name_of(task.record.state), duration_text(wall), over, tasks_.size(),
                   over < static_cast<std::ptrdiff_t>(tasks_.size()) ? ", " + left() : "", failed ? ":\n" + task.record.message : ""));

@@ -13,9 +13,11 @@ namespace heddle {
 struct RunTask {
   const StudyRun* run = nullptr;
   RunRecord record;
-  double cost = 0;    ///< estimated time on one thread [s]
-  double memory = 0;  ///< estimated [bytes]
-  double disk = 0;    ///< estimated [bytes]
+  double cost = 0;         ///< estimated time on one thread [s]
+  double memory = 0;       ///< estimated [bytes]
+  double disk = 0;         ///< estimated [bytes]
+  std::string cloth = {};  ///< resolved case: what is woven
+  [[nodiscard]] bool is_over() const { return record.state == RunState::finished || record.state == RunState::failed; }
 };
 
 /// Shows how far a study is on standard error: a line when a run has ended, and on a terminal one that is written over. Time left is from

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "heddle/json_file.hpp"
 #include "weave/results.hpp"
 
 namespace heddle {
@@ -20,14 +21,6 @@ using std::filesystem::path;
 
 constexpr std::array<const char*, 5> state_names = {"waiting", "running", "finished", "failed", "interrupted"};
 constexpr const char* heading_mark = "=== attempt ";
-
-/// Content of a JSON file; null where there is none or it is not whole.
-ordered_json read_json(const path& file) {
-  std::ifstream in(file);
-  if (!in) return {};
-  ordered_json content = ordered_json::parse(in, nullptr, false);
-  return content.is_discarded() ? ordered_json() : content;
-}
 
 }  // namespace
 

@@ -9,7 +9,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -17,6 +16,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "heddle/json_file.hpp"
 #include "heddle/study_local.hpp"
 #include "weave/results.hpp"
 
@@ -75,8 +75,7 @@ struct Array {
 
 std::vector<Array> read_arrays(const path& file) {
   std::vector<Array> arrays;
-  std::ifstream in(file);
-  const ordered_json j = in ? ordered_json::parse(in, nullptr, false) : ordered_json();
+  const ordered_json j = read_json(file);
   if (!j.is_array()) return arrays;
   for (const auto& a : j) arrays.push_back({a.value("job", ""), a.value("runs", std::vector<std::string>())});
   return arrays;
@@ -140,7 +139,7 @@ class Cluster {
     std::vector<RunTask*> lost;
     bool open = false;
     for (RunTask& task : tasks_) {
-      if (is_over(task)) continue;
+      if (task.is_over()) continue;
       const RunRecord now = read_record(study_, *task.run, options_.output);
       if (now.attempts > 0 && (now.state == RunState::finished || (now.state == RunState::failed && now.attempts > task.record.attempts))) {
         task.record = now;
@@ -176,8 +175,6 @@ class Cluster {
   path folder_;
   std::vector<Array> arrays_;
   std::map<std::string, int> missing_, submissions_;
-
-  static bool is_over(const RunTask& task) { return task.record.state == RunState::finished || task.record.state == RunState::failed; }
 
   void submit(const std::vector<RunTask*>& lost, const std::function<void()>& on_end) {
     std::vector<const RunTask*> again;

@@ -61,8 +61,7 @@ struct EnergyParts {
 
 /// What the contacts are like at a place.
 struct ContactState {
-  double overlap_max = 0;  ///< in sums of two radii
-  std::uint32_t node_max = 0, other_max = 0;
+  double overlap_max = 0;        ///< in sums of two radii
   std::size_t touching = 0;      ///< sample points
   std::vector<double> overlaps;  ///< per sample of the list, at most 0 where apart; only where asked for [m]
   bool want_overlaps = false;
