@@ -1,7 +1,7 @@
 """Reads what heddle writes with VTK, Gmsh, meshio and CalculiX: other_programs_test.py HEDDLE CASE
 
-A case is relaxed from its weaving matrix, its yarns' surfaces are made and its cell is meshed. Each program must find the elements and volumes that heddle
-reports; what is not installed is skipped.
+A case is woven for two picks. It is relaxed from its weaving matrix, its yarns' surfaces are made and its cell is meshed: each program must find the
+elements and volumes that heddle reports; what is not installed is skipped.
 """
 import json
 import pathlib
@@ -53,6 +53,38 @@ def read_by_vtk(reader, file):
     reader.SetFileName(str(file))
     reader.Update()
     return reader.GetOutput()
+
+
+class WovenInVtk(unittest.TestCase):
+    """The first two picks of the case with single fibers: the loom, its unit cell, and the series of picks."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.temporary.cleanup)
+        cls.folder = pathlib.Path(cls.temporary.name)
+        subprocess.run([HEDDLE, "weave", CASE, "--picks", "2", "--set", "yarns.km2_600.fibers=1", "--quiet", "--output", cls.folder], check=True,
+                       stdout=subprocess.DEVNULL)
+
+    def fibers_in(self, file):
+        grid = read_by_vtk(vtkHDFReader(), file)
+        self.assertTrue(all(grid.GetCellType(i) == VTK_POLY_LINE for i in range(grid.GetNumberOfCells())))
+        for name in ("tension_N", "stress_Pa", "radius_m"):
+            self.assertEqual(grid.GetPointData().GetArray(name).GetNumberOfTuples(), grid.GetNumberOfPoints())
+        return grid
+
+    def test_series_of_picks(self):
+        series = json.loads((self.folder / "picks.vtkhdf.series").read_text())
+        self.assertEqual([f["time"] for f in series["files"]], [1, 2])
+        for entry in series["files"]:
+            grid = self.fibers_in(self.folder / entry["name"])
+            self.assertEqual(grid.GetFieldData().GetArray("picks").GetTuple1(0), entry["time"])
+            self.assertEqual(grid.GetNumberOfCells(), 2 + entry["time"])  # two warps, and a weft a pick
+
+    def test_loom(self):
+        grid, last = self.fibers_in(self.folder / "weave.vtkhdf"), self.fibers_in(self.folder / "picks" / "pick_0002.vtkhdf")
+        self.assertEqual(grid.GetNumberOfCells(), 4)
+        self.assertEqual(grid.GetPoint(0), last.GetPoint(0))
 
 
 class OtherPrograms(unittest.TestCase):
