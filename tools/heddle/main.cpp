@@ -40,7 +40,8 @@ void add_composite_options(CLI::App& app, heddle::CompositeOptions& o) {
   app.add_option("--kernel-radius", o.kernel_radius, "fibers within it make a point's local volume fraction [fiber diameters]")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
-  app.add_option("--fiber", o.fiber, "e_glass, s2_glass, aramid or carbon (default: the case's material, else e_glass)");
+  app.add_option("--fiber", o.fiber,
+                 "e_glass, s2_glass, aramid, carbon or a material of the case (default: that of its yarns, else e_glass)");
   app.add_option("--fiber-e1", o.fiber_e1, "along the fiber [Pa] (default: of the named fiber)")->check(CLI::PositiveNumber);
   app.add_option("--fiber-e2", o.fiber_e2, "across [Pa]")->check(CLI::PositiveNumber);
   app.add_option("--fiber-g12", o.fiber_g12, "[Pa]")->check(CLI::PositiveNumber);
@@ -210,7 +211,8 @@ int main(int argc, char** argv) {
                                 ->check(CLI::Range(8, 10000000));
   run_app->add_flag("--tetrahedra", pipeline.tetrahedra, "a mesh that conforms to the yarns' surfaces, in place of voxels")
       ->excludes(pipeline_elements);
-  run_app->add_option("--fiber", pipeline.fiber, "e_glass, s2_glass, aramid or carbon (default: the case's material, else e_glass)");
+  run_app->add_option("--fiber", pipeline.fiber,
+                      "e_glass, s2_glass, aramid, carbon or a material of the case (default: that of its yarns, else e_glass)");
   run_app->add_flag("--minima", pipeline.minima,
                     "also relax the start from the weaving matrix alone, and compare both with the woven cell");
   run_app->add_flag("--unconverged", pipeline.unconverged, "go on with a relaxed cell that is no certified minimum");
