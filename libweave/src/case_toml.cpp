@@ -333,11 +333,31 @@ void check_picks(TableReader& fabric, std::vector<TableReader>& sections, Case& 
   if (c.insertion_order == InsertionOrder::alternating && c.columns % 2 != 0) {
     fabric.mistake("insertion_order", fmt::format("needs an even number of weft columns in the cell, which has {}", c.columns));
   }
-  if (c.columns_behind_fell > c.kept_cells * c.columns) {
+  const std::int64_t kept_columns = std::int64_t{c.kept_cells} * c.columns;
+  if (c.columns_behind_fell > kept_columns) {
     fabric.mistake("columns_behind_fell",
                    fmt::format("must be <= {} (fabric.kept_cells times the weft columns of a cell): farther behind no "
                                "whole cell stays on the loom",
-                               c.kept_cells * c.columns));
+                               kept_columns));
+  }
+  constexpr std::int64_t picks_most = 1000000000;
+  if (c.cells > picks_most / std::max<Eigen::Index>(picks, 1))
+    fabric.mistake("cells", fmt::format("must be <= {} with {} picks a cell", picks_most / picks, picks));
+}
+
+/// A warp that the loom's tension would stretch by more than this is no yarn: most likely its modulus has another unit.
+constexpr double strain_most = 0.5;
+
+void check_strains(TableReader& yarns, const Case& c) {
+  for (const auto& [name, y] : c.yarns) {
+    double tension = 0;
+    for (const WarpSection& section : c.sections) {
+      if (section.yarn == name) tension = std::max(tension, section.tension > 0 ? section.tension : c.loom.tension);
+    }
+    const double strain = tension / (y.youngs_modulus * y.fiber_area() * y.fibers);
+    if (y.youngs_modulus > 0 && y.fiber_area() > 0 && strain > strain_most)
+      yarns.mistake(name, fmt::format("would be stretched by {:.3g} % under {:.4g} N with a modulus of {:.4g} Pa; must be <= {:g} %",
+                                      100 * strain, tension, y.youngs_modulus, 100 * strain_most));
   }
 }
 
@@ -492,6 +512,7 @@ Case parse_case(const std::string& text, const std::string& file, const std::vec
 
   check_picks(fabric, sections, c);
   fabric.report_unknown();
+  check_strains(yarns, c);
   check_sheds(sections, c);
   check_dents(loom, sections, c);
   check_height(loom, c);

@@ -299,6 +299,7 @@ double Engine::longest_step(double speed2) const {
 
 void Engine::choose_time_step(double frequency2, double speed2) {
   step_limit_ = frequency2 > 0 ? 2 / std::sqrt(frequency2) : options_.time_step_max;
+  if (model_.damping > 0) step_limit_ = std::min(step_limit_, 1 / model_.damping);  // beyond it velocities would change their sign
   if (options_.time_step > 0) {
     state_.dt = options_.time_step;
     return;

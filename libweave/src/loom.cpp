@@ -394,7 +394,7 @@ void insert_weft(const Case& c, const LoomLayout& layout, int pick, Model& m, St
         pick + 1, 1e3 * (roof - floor), 1e3 * x, yarn_name, 1e3 * height));
   }
   const double z = 0.5 * (roof + floor);
-  const auto elements = std::max(6, static_cast<int>(std::lround(m.period_y / element_length(c, type))));
+  const auto elements = std::max(weft_bars_least, static_cast<int>(std::lround(m.period_y / element_length(c, type))));
   const double rest = m.period_y * c.weft.length_coefficient / elements;
   const auto places = bundle_section(yarn.fibers, type.radius, 2 * start_gap * type.radius, no_limit);
 
@@ -417,7 +417,17 @@ void insert_weft(const Case& c, const LoomLayout& layout, int pick, Model& m, St
   put_together(r, m, s);
 }
 
+std::string stored_warp_lack(const Case& c, const LoomLayout& layout, const Model& m, const State& s) {
+  for (std::uint32_t f = 0; f < m.fibers(); ++f) {
+    if (m.role[f] != Role::warp || s.x[m.last(f)].x() >= c.loom.length) continue;
+    return fmt::format("a pick has drawn more than the {:.4g} mm of warp {} that is stored behind the heddle", 1e3 * layout.stored_length,
+                       m.yarn[f] + 1);
+  }
+  return "";
+}
+
 std::size_t supply_warp(const Case& c, const LoomLayout& layout, Model& m, State& s) {
+  if (const std::string lack = stored_warp_lack(c, layout, m, s); !lack.empty()) throw std::runtime_error(lack);
   Rebuild r = take_apart(m, s);
   std::size_t added = 0;
   for (std::uint32_t f = 0; f < m.fibers(); ++f) {
@@ -428,10 +438,6 @@ std::size_t supply_warp(const Case& c, const LoomLayout& layout, Model& m, State
     const double rest = fiber.rest_length.back();
     const double stretched = rest * (1 + fiber.end_force / (type.youngs_modulus * type.area));
     r.speed_of_new[f] = Vec3(s.v[m.last(f)].x(), 0, 0);
-    if (left < 0) {
-      throw std::runtime_error(fmt::format("a pick has drawn more than the {:.4g} mm of warp {} that is stored behind the heddle",
-                                           1e3 * layout.stored_length, fiber.yarn + 1));
-    }
     const auto count = static_cast<int>(std::ceil((layout.stored_length - left) / stretched));
     for (int k = 0; k < count; ++k) {
       fiber.x.emplace_back(fiber.x.back() + Vec3(stretched, 0, 0));

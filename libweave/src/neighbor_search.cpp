@@ -135,9 +135,6 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
   const bool periodic = m.period_y > 0;
   const int range_y = static_cast<int>(std::ceil(reach_middle / bins_.size.y()));
   std::vector<Candidate> candidates;
-  // Fibers whose own points stand for the contact with this one.
-  std::vector<std::uint8_t> left_to_other(m.fibers());
-  for (std::uint32_t f = 0; f < m.fibers(); ++f) left_to_other[f] = share_of_points(m, fiber, f) == 0;
   // What touched, and whether each is already found again.
   std::vector<FoundContact> held;
   if (!old.active.of.empty()) {
@@ -275,7 +272,7 @@ void NeighborSearch::search_fiber(const Model& m, const FiberGeometry& g, std::u
           const double middle2 = from_middle.squaredNorm();
           if (middle2 > reach_middle * reach_middle) continue;
           const std::uint32_t s = bins_.span[slot], other = bins_.fiber[slot];
-          if (left_to_other[other]) continue;
+          if (share_of_points(m, fiber, other) == 0) continue;  // the other's own points stand for the contact
           const double along = from_middle.dot(bins_.tangent[slot]);
           const double cosine = along_p.dot(bins_.tangent[slot]);
           const double off_line = line_reach + half_bar * std::sqrt(std::max(0.0, 1 - cosine * cosine)) + 0.1 * bar_fiber;

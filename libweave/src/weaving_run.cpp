@@ -116,6 +116,7 @@ class WeavingRun {
     } else {
       auto [model, state] = set_up_loom(c, layout_);
       engine_ = std::make_unique<Engine>(std::move(model), std::move(state), engine_options_);
+      remove_old_results();
     }
     size_drive();
   }
@@ -133,6 +134,18 @@ class WeavingRun {
   }
 
  private:
+  /// What another weave has left in the folder, which nobody is to take for this one's.
+  void remove_old_results() const {
+    if (options_.output.empty()) return;
+    for (const char* file : {"summary.json", "weave.vtkhdf", "cell.vtkhdf", "picks.vtkhdf.series", "checkpoint.h5"})
+      std::filesystem::remove(options_.output / file);
+    for (const char* folder : {"picks", "cells"}) {
+      for (const auto& entry : std::filesystem::directory_iterator(options_.output / folder)) {
+        if (entry.path().extension() == ".vtkhdf") std::filesystem::remove(entry.path());
+      }
+    }
+  }
+
   int row(std::int64_t pick) const { return static_cast<int>(pick % case_.picks_per_cell()); }
   bool shed_changes(std::int64_t pick) const { return layout_.matrix.row(row(pick)) != layout_.matrix.row(row(pick + 1)); }
   double pick_time(std::int64_t pick) const {
@@ -213,11 +226,15 @@ class WeavingRun {
     const bool takes_up = takes_up_after(case_, row(loom_.pick));
     const PickTimes times = pick_times(case_, shed_changes(loom_.pick), takes_up);
     if (!loom_.placed) {
-      save_checkpoint();  // to go back to if the pick fails
+      save_checkpoint();  // so that there is one however early the run fails
       if (!run_stage(times, takes_up, case_.insertion.time)) return;
       place_weft();
     }
     if (!run_stage(times, takes_up, times.end) || !check_yarn_order()) return;
+    if (const std::string lack = stored_warp_lack(case_, layout_, engine_->model(), engine_->state()); !lack.empty()) {
+      fail(fmt::format("pick {}: {}", loom_.pick + 1, lack));
+      return;
+    }
     end_pick();
   }
 
@@ -525,12 +542,13 @@ class WeavingRun {
       write_results(options_.output / "weave.vtkhdf", {result_.loom, result_.history, to_toml(case_), version()});
       if (!cells_.empty()) write_results(options_.output / "cell.vtkhdf", {result_.cell, {}, to_toml(case_), version()});
       write_pick_series();
-      if (result_.status == RunStatus::completed) std::filesystem::remove(options_.output / "checkpoint.h5");
     }
     s.wall_loom = loom_wall_;
     s.wall_output = output_wall_ + seconds_since(start);
     s.wall = wall();
-    if (!options_.output.empty()) write_text_file(options_.output / "summary.json", summary_json(case_, result_));
+    if (options_.output.empty()) return;
+    write_text_file(options_.output / "summary.json", summary_json(case_, result_));
+    if (result_.status == RunStatus::completed) std::filesystem::remove(options_.output / "checkpoint.h5");
   }
 
   void write_pick_series() const {
@@ -586,7 +604,8 @@ RunEstimate estimate_run(const Case& c) {
   double contact_step = options.time_step_max;
   for (int p = 0; p < c.picks_per_cell(); ++p) {
     const YarnType& y = c.yarns.at(c.weft.yarn_of_layer[c.layer_of_pick(p)]);
-    weft_nodes_cell += y.fibers * (c.cell_width() / (c.numerics.element_length * 2 * y.fiber_radius()) + 1);
+    weft_nodes_cell +=
+        y.fibers * (std::max(c.cell_width() / (c.numerics.element_length * 2 * y.fiber_radius()), 1.0 * weft_bars_least) + 1);
     weft_fibers += y.fibers;
   }
   for (const std::string& name : layout.type_names) {
@@ -602,8 +621,12 @@ RunEstimate estimate_run(const Case& c) {
   if (c.numerics.integrator == "explicit" && c.numerics.time_step <= 0)
     e.time_step = std::min(e.time_step, c.numerics.safety * e.explicit_time_step);
   const int cells_on_loom = std::min(c.cells, c.kept_cells + 1);
+  double warp_nodes_cell = 0;  // in the cloth
+  for (const WarpPlace& warp : layout.warps)
+    warp_nodes_cell +=
+        warp.fibers * c.cell_length() / (c.numerics.element_length * 2 * model.types[static_cast<std::size_t>(warp.type)].radius);
   e.fibers = model.fibers() + weft_fibers * static_cast<std::size_t>(cells_on_loom);
-  e.nodes_end = e.nodes_start + static_cast<std::size_t>(weft_nodes_cell * cells_on_loom);
+  e.nodes_end = e.nodes_start + static_cast<std::size_t>((weft_nodes_cell + warp_nodes_cell) * cells_on_loom);
   e.steps = e.simulated_time / e.time_step;
   constexpr double bytes = 2.5e7, bytes_per_node = 4000, seconds_per_node_step = 2e-7;  // measured on the shipped cases, one thread
   e.memory = bytes + bytes_per_node * static_cast<double>(e.nodes_end);

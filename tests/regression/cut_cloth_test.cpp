@@ -56,6 +56,9 @@ TEST(cut_cloth, first_weft_column_is_held_with_the_warps_ends) {
   EXPECT_LT(apart(held), 1e-12);
   EXPECT_GT(apart(next), 1e-6);  // which moves in the cloth
 
+  const weave::RunEstimate estimate = weave::estimate_run(c);
+  EXPECT_NEAR(static_cast<double>(estimate.nodes_end) / static_cast<double>(result.summary.nodes_max), 1, 0.2);
+
   options.stop_at_step = result.summary.steps - 1000;  // in the last pick, past the cut
   EXPECT_EQ(weave_cloth(c, options).status, RunStatus::interrupted);
   options.stop_at_step = -1;

@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "scenes/own_folder.hpp"
 #include "scenes/small_case.hpp"
 #include "weave/case.hpp"
@@ -52,7 +54,7 @@ TEST_F(WeavingGuard, weft_on_the_wrong_side_stops_the_run_and_the_last_checkpoin
 
 TEST_F(WeavingGuard, run_that_fails_leaves_the_start_of_its_pick) {
   // Warps so taut that the wefts are pushed through them.
-  const Case c = weave::parse_case(scenes::small_case_text(), "small.toml", {"loom.tension=\"3000 N\""});
+  const Case c = weave::parse_case(scenes::small_case_text(), "small.toml", {"loom.tension=\"1000 N\""});
   const WeaveResult failed = weave_cloth(c, into_folder());
   ASSERT_EQ(failed.status, RunStatus::failed);
   EXPECT_THAT(failed.message, HasSubstr("is being pushed through"));
@@ -61,6 +63,21 @@ TEST_F(WeavingGuard, run_that_fails_leaves_the_start_of_its_pick) {
   RunOptions again = into_folder();
   again.resume = true;
   EXPECT_EQ(weave_cloth(c, again).message, failed.message);
+}
+
+TEST_F(WeavingGuard, what_another_weave_left_in_the_folder_is_gone) {
+  const Case c = weave::parse_case(scenes::small_case_text(), "small.toml", {"yarns.glass.fibers=1"});
+  ASSERT_EQ(weave_cloth(c, into_folder()).status, RunStatus::completed);
+  ASSERT_TRUE(std::filesystem::exists(folder / "cell.vtkhdf"));
+  ASSERT_TRUE(std::filesystem::exists(folder / "picks/pick_0002.vtkhdf"));
+  std::ofstream(folder / "notes.txt") << "mine";
+  RunOptions options = into_folder();
+  options.stop_after_pick = 1;
+  ASSERT_EQ(weave_cloth(c, options).status, RunStatus::interrupted);
+  EXPECT_FALSE(std::filesystem::exists(folder / "cell.vtkhdf"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "picks/pick_0002.vtkhdf"));
+  EXPECT_TRUE(std::filesystem::is_empty(folder / "cells"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "notes.txt"));
 }
 
 TEST_F(WeavingGuard, beat_up_may_be_left_out) {

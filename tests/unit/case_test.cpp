@@ -132,6 +132,8 @@ const Mistake mistakes[] = {
     {"Infinite", "\"0.6 mm\"", "inf", "20: loom.dent_width = inf: must be finite"},
     {"ZeroLength", "\"0.2 in\"", "0", "19: loom.length = 0: must be > 0 m and <= 10 m"},
     {"NegativeLength", "\"0.6 mm\"", "\"-0.6 mm\"", "20: loom.dent_width = \"-0.6 mm\": must be > 0 m and <= 10 m"},
+    {"ModulusOfAnotherUnit", "\"72.4 GPa\"", "\"72.4 MPa\"",
+     "4: yarns.glass = {table}: would be stretched by 155 % under 3 N with a modulus of 7.24e+07 Pa; must be <= 50 %"},
     {"UnknownMaterial", "[[section]]", "material = \"hemp\"\n[[section]]",
      "8: yarns.glass.material = \"hemp\": unknown material; known ones: e_glass, s2_glass, aramid, carbon, and those of tables "
      "[material.NAME]"},

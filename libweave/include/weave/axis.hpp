@@ -79,18 +79,6 @@ struct SpanForce {
     on_middle += force;
     on_curve -= 0.125 * force;
   }
-  SpanForce& operator+=(const SpanForce& o) {
-    on_middle += o.on_middle;
-    on_slope += o.on_slope;
-    on_curve += o.on_curve;
-    return *this;
-  }
-  SpanForce& operator-=(const SpanForce& o) {
-    on_middle -= o.on_middle;
-    on_slope -= o.on_slope;
-    on_curve -= o.on_curve;
-    return *this;
-  }
 };
 
 /// Adds a force on the span around a fiber's own node to the forces on its nodes, `y`: the adjoint of span_at. What a closed fiber's last

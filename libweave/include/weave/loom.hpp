@@ -9,6 +9,8 @@
 
 namespace weave {
 
+constexpr int weft_bars_least = 6;  ///< across the cell
+
 /// One warp yarn's place in the loom.
 struct WarpPlace {
   int section = 0;
@@ -64,6 +66,9 @@ double take_up_progress(const Case& c, const PickTimes& times, double t);  ///< 
 
 /// Places the weft of `pick` into the open shed, straight across the cell. Throws std::runtime_error if the shed is too low for it.
 void insert_weft(const Case& c, const LoomLayout& layout, int pick, Model& model, State& state);
+
+/// What is wrong if a warp's end has been drawn past the heddle; empty if none has.
+std::string stored_warp_lack(const Case& c, const LoomLayout& layout, const Model& model, const State& state);
 
 /// Fills up the stored warp behind the heddle to the layout's stored length. Returns the number of nodes added. Throws std::runtime_error
 /// if one was used up.
