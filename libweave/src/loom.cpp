@@ -503,8 +503,15 @@ OrderCheck check_order(const Case& c, const LoomLayout& layout, const Model& m, 
   for (std::uint32_t f = 0; f < m.fibers(); ++f) {
     if (m.role[f] == Role::weft) fibers_of_weft[m.yarn[f] - weft_low].push_back(f);
   }
+  struct WrongSide {
+    int warp, wanted;
+    Vec3 weft;
+  };
+  const auto pick_of = [&](std::size_t k) { return weft_low + static_cast<int>(k) - warps; };
+  std::vector<std::vector<WrongSide>> wrong_sides(fibers_of_weft.size());
+#pragma omp parallel for schedule(dynamic, 1)
   for (std::size_t k = 0; k < fibers_of_weft.size(); ++k) {
-    const int pick = weft_low + static_cast<int>(k) - warps;
+    const int pick = pick_of(k);
     for (int w = 0; w < warps; ++w) {
       // Fiber by fiber: a yarn may be spread far along the other.
       const int wanted = layout.matrix(pick % c.picks_per_cell(), w);
@@ -519,11 +526,15 @@ OrderCheck check_order(const Case& c, const LoomLayout& layout, const Model& m, 
         }
         weft += at / static_cast<double>(fibers_of_weft[k].size());
       }
-      if (wrong <= right) continue;
-      if (result.violations++ == 0) {
-        result.first = fmt::format("warp {} lies {} weft {} at x = {:.4g} mm, y = {:.4g} mm, but the weaving matrix puts it {}", w + 1,
-                                   wanted > 0 ? "under" : "over", pick + 1, 1e3 * weft.x(), 1e3 * weft.y(), wanted > 0 ? "over" : "under");
-      }
+      if (wrong > right) wrong_sides[k].push_back({w, wanted, weft});
+    }
+  }
+  for (std::size_t k = 0; k < wrong_sides.size(); ++k) {
+    for (const auto& [w, wanted, weft] : wrong_sides[k]) {
+      if (result.violations++ > 0) continue;
+      result.first =
+          fmt::format("warp {} lies {} weft {} at x = {:.4g} mm, y = {:.4g} mm, but the weaving matrix puts it {}", w + 1,
+                      wanted > 0 ? "under" : "over", pick_of(k) + 1, 1e3 * weft.x(), 1e3 * weft.y(), wanted > 0 ? "over" : "under");
     }
   }
   return result;

@@ -352,7 +352,9 @@ class WeavingRun {
   }
 
   bool check_yarn_order() {
+    const auto start = Clock::now();
     const OrderCheck order = check_order(case_, layout_, engine_->model(), engine_->state());
+    loom_wall_ += seconds_since(start);
     if (order.violations == 0) return true;
     loom_.order_violations += order.violations;
     return fail(
