@@ -6,8 +6,11 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <numbers>
 #include <ostream>
+#include <sstream>
 
 namespace weave {
 namespace {
@@ -58,6 +61,38 @@ std::string error_of(const std::string& text, const std::vector<std::string>& ov
 
 std::size_t lines_of(const std::string& text) {
   return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')) + 1;
+}
+
+/// cases/README.md, which tells users what they may write.
+std::string reference() {
+  std::ifstream in(std::filesystem::path(HEDDLE_CASES_DIR) / "README.md");
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST(CaseReference, ItsExampleIsComplete) {
+  const std::string text = reference();
+  const auto begin = text.find("```toml\n") + 8;
+  const Case c = parse_case(text.substr(begin, text.find("```", begin) - begin), "README.md");
+  EXPECT_EQ(c.name, "plain_glass");
+  EXPECT_EQ(c.matrix(), weaving_matrix_from_rows({"+-", "-+"}));
+}
+
+TEST(CaseReference, NamesEveryKey) {
+  const std::string text = reference();
+  Case c = load_case(std::filesystem::path(HEDDLE_CASES_DIR) / "example_2" / "case.toml");  // one with all that may be left out
+  c.materials["own"] = {};
+  c.matrix_material = {3e9, 0.3};
+  std::istringstream lines(to_toml(c));
+  int keys = 0;
+  for (std::string line; std::getline(lines, line);) {
+    const auto equals = line.find(" = ");
+    if (line.empty() || line.front() == '#' || line.front() == '[' || equals == std::string::npos || line.front() == ' ') continue;
+    EXPECT_THAT(text, HasSubstr("`" + line.substr(0, equals) + "`")) << line;
+    ++keys;
+  }
+  EXPECT_GT(keys, 60);
+  for (const char* other : {"positions", "yarn", "height_ratio", "dents_per_length", "rate"})
+    EXPECT_THAT(text, HasSubstr(std::string("`") + other + "`"));
 }
 
 TEST(Case, DefaultsFollowTheLoom) {
