@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "heddle/stage_folder.hpp"
 #include "scenes/own_folder.hpp"
 #include "scenes/small_case.hpp"
 #include "weave/results.hpp"
@@ -59,6 +60,9 @@ TEST_F(RunCommand, WritesEveryFormatAndTheTimeOfEachStage) {
   const nlohmann::json minima = nlohmann::json::parse(read("minima/summary.json"));
   EXPECT_EQ(minima.at("states").size(), 3U);  // from the loom, from topology, woven
   EXPECT_EQ(minima.at("pairs").size(), 3U);
+
+  EXPECT_EQ(heddle::stage_folder(folder / "out", "relax"), folder / "out" / "relax");
+  EXPECT_EQ(heddle::stage_folder(folder / "out" / "relax", "relax"), folder / "out" / "relax");
 
   ASSERT_EQ(heddle::run_command(options), 0);  // nothing has changed: all stages are kept, with their times
   EXPECT_EQ(read("summary.json"), first);

@@ -9,6 +9,7 @@
 #include "heddle/mesh_command.hpp"
 #include "heddle/relax_command.hpp"
 #include "heddle/run_command.hpp"
+#include "heddle/stage_folder.hpp"
 #include "heddle/study_command.hpp"
 #include "heddle/view.hpp"
 #include "heddle/weave_command.hpp"
@@ -250,6 +251,14 @@ int main(int argc, char** argv) {
   view_app->add_option("--y", view.sections_y, "cut at y [m]");
   view_app->add_option("--width", view.width_px, "picture width [px]")->check(CLI::Range(400, 16000));
   CLI11_PARSE(app, argc, argv);
+
+  relax.input = heddle::stage_folder(relax.input, "weave");
+  for (std::filesystem::path& result : compare.results) result = heddle::stage_folder(result, "relax");
+  compare.woven = heddle::stage_folder(compare.woven, "weave");
+  envelope.input = heddle::stage_folder(envelope.input, "relax");
+  mesh.input = heddle::stage_folder(mesh.input, "envelope");
+  homogenize.input = heddle::stage_folder(homogenize.input, "envelope");
+  view.results = heddle::stage_folder(view.results, "weave");
 
   try {
     if (*check_app) return heddle::check_command(check);

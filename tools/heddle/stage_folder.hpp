@@ -1,0 +1,9 @@
+#pragma once
+#include <filesystem>
+
+namespace heddle {
+
+/// The folder of a stage in that of a whole run, if `folder` is one that `heddle run` wrote; else the folder itself.
+std::filesystem::path stage_folder(const std::filesystem::path& folder, const char* stage);
+
+}  // namespace heddle
