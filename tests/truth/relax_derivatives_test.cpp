@@ -71,15 +71,19 @@ struct Shaken {
   [[nodiscard]] relax::SparseHessian hessian() const { return relax::hessian_for(posed.cell, list, q); }
 };
 
-TEST(relax_derivatives, bars) {
-  const Shaken s(1, 1);
-  const Errors e = errors_of(
+Errors errors_of_bars(const Shaken& s) {
+  return errors_of(
       [&](const Eigen::VectorXd& q, Derivatives want) {
         double work = 0;
         const double bars = relax::bar_energy(s.posed.cell, s.unknowns, q, want, &work);
         return bars + work;
       },
       s.q, s.hessian(), h);
+}
+
+TEST(relax_derivatives, bars) {
+  const Shaken s(1, 1);
+  const Errors e = errors_of_bars(s);
   EXPECT_LT(e.gradient, 1e-7);  // round-off of the energy over h
   EXPECT_LT(e.hessian, 1e-6);   // round-off of the force over h, and the bounds of the slack
 }
@@ -91,13 +95,7 @@ TEST(relax_derivatives, bars_of_fibers_that_change_places) {
   for (std::uint32_t f = 0; f < next.size(); ++f) next[f] = f / 3 * 3 + (f + 1) % 3;  // of each yarn's three
   relax::close_fibers(s.posed.cell, next);
   s.list = relax::find_contacts(s.posed.cell, s.q, 0.3 * d);
-  const Errors e = errors_of(
-      [&](const Eigen::VectorXd& q, Derivatives want) {
-        double work = 0;
-        const double bars = relax::bar_energy(s.posed.cell, s.unknowns, q, want, &work);
-        return bars + work;
-      },
-      s.q, s.hessian(), h);
+  const Errors e = errors_of_bars(s);
   EXPECT_LT(e.gradient, 1e-6);
   EXPECT_LT(e.hessian, 1e-6);
 }
