@@ -114,6 +114,14 @@ TEST_F(RelaxFolder, ResultsOfAnotherStartAreNotTakenForThoseOfThis) {
   EXPECT_THAT([&] { (void)relax_command(options); }, ThrowsMessage<std::runtime_error>(HasSubstr("relax.vtkhdf: is of another start")));
 }
 
+TEST_F(RelaxFolder, NothingBeginsAnewOverWhatWasInterrupted) {
+  std::filesystem::create_directories(options.output);
+  weave::write_text_file(options.output / "checkpoint.h5", "of hours of work");
+  EXPECT_THAT([&] { (void)relax_command(options); },
+              ThrowsMessage<std::runtime_error>(AllOf(HasSubstr("checkpoint.h5: is of work that was interrupted"), HasSubstr("--resume"))));
+  EXPECT_TRUE(std::filesystem::exists(options.output / "checkpoint.h5"));
+}
+
 TEST_F(RelaxFolder, OnlyAWovenCellOrACaseIsAStart) {
   EXPECT_EQ(relax_command(options), 0);
   const relax::RelaxedFile relaxed = relax::read_relaxed(options.output / "relax.vtkhdf");

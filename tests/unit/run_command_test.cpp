@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "heddle/stage_folder.hpp"
+#include "heddle/results_folder.hpp"
 #include "scenes/own_folder.hpp"
 #include "scenes/small_case.hpp"
 #include "weave/results.hpp"

@@ -16,6 +16,7 @@
 
 #include "heddle/compare_command.hpp"
 #include "heddle/relax_table.hpp"
+#include "heddle/results_folder.hpp"
 #include "heddle/stop_signal.hpp"
 #include "relax/minimize.hpp"
 #include "relax/perturb.hpp"
@@ -224,6 +225,7 @@ class Relaxation {
   }
 
   relax::MinimizeResult run() {
+    expect_no_unfinished(checkpoint(), options_.resume);
     std::filesystem::create_directories(output_);
     cell_ = start_.cell;
     cell_start_ = start_.q;

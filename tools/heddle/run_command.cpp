@@ -242,7 +242,8 @@ int run_command(const PipelineOptions& options) {
       o.case_file = options.case_file;
       o.overrides = options.overrides;
       o.output = woven;
-      o.resume = unfinished && std::filesystem::exists(woven / "checkpoint.h5");
+      if (!unfinished) std::filesystem::remove(woven / "checkpoint.h5");  // of other inputs
+      o.resume = std::filesystem::exists(woven / "checkpoint.h5");
       o.quiet = options.quiet;
       const int status = weave_command(o);
       return status == 0 ? 0 : std::max(status, 2);

@@ -4,6 +4,7 @@
 #include <omp.h>
 
 #include "heddle/draft.hpp"
+#include "heddle/results_folder.hpp"
 #include "heddle/stop_signal.hpp"
 #include "weave/case.hpp"
 #include "weave/weaving_run.hpp"
@@ -30,6 +31,7 @@ int weave_command(const WeaveOptions& options) {
   weave::RunOptions run;
   run.output = options.output.empty() ? std::filesystem::path("results") / c.name : options.output;
   run.resume = options.resume;
+  expect_no_unfinished(run.output / "checkpoint.h5", options.resume);
   run.stop_after_pick = options.picks;
   const StopSignal stop_signal;
   run.stop = &StopSignal::wanted();
