@@ -102,10 +102,6 @@ void mark_inside(const SurfaceMesh& surface, const VolumeMesh& mesh, std::vector
   }
 }
 
-}  // namespace
-
-namespace {
-
 /// Throws std::invalid_argument for more voxels than are meant by any mesh; the counts' product stays within an int.
 std::array<int, 3> expect_few(const std::array<double, 3>& counts) {
   constexpr double most = 1e8;

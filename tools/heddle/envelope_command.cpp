@@ -51,7 +51,8 @@ std::string name_of(const relax::YarnEnvelope& e) {
 /// beside new files.
 void remove_old(const std::filesystem::path& output) {
   std::filesystem::remove(output / "summary.json");
-  static const std::regex of_yarns(R"((warp|weft)_\d+(_sections\.csv|\.(stl|obj|ply|off|vtp))|yarns\.(stl|obj|ply|off|vtp|tg3))");
+  const std::regex of_yarns(
+      fmt::format(R"((warp|weft)_\d+_sections\.csv|((warp|weft)_\d+|yarns)\.({}))", fmt::join(envelope_formats, "|")));
   std::vector<std::filesystem::path> old;
   for (const auto& entry : std::filesystem::directory_iterator(output))
     if (std::regex_match(entry.path().filename().string(), of_yarns)) old.push_back(entry.path());

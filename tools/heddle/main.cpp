@@ -252,15 +252,14 @@ int main(int argc, char** argv) {
   view_app->add_option("--width", view.width_px, "picture width [px]")->check(CLI::Range(400, 16000));
   CLI11_PARSE(app, argc, argv);
 
-  relax.input = heddle::stage_folder(relax.input, "weave");
-  for (std::filesystem::path& result : compare.results) result = heddle::stage_folder(result, "relax");
-  compare.woven = heddle::stage_folder(compare.woven, "weave");
-  envelope.input = heddle::stage_folder(envelope.input, "relax");
-  mesh.input = heddle::stage_folder(mesh.input, "envelope");
-  homogenize.input = heddle::stage_folder(homogenize.input, "envelope");
-  view.results = heddle::stage_folder(view.results, "weave");
-
   try {
+    relax.input = heddle::stage_folder(relax.input, "weave");
+    for (std::filesystem::path& result : compare.results) result = heddle::stage_folder(result, "relax");
+    compare.woven = heddle::stage_folder(compare.woven, "weave");
+    envelope.input = heddle::stage_folder(envelope.input, "relax");
+    mesh.input = heddle::stage_folder(mesh.input, "envelope");
+    homogenize.input = heddle::stage_folder(homogenize.input, "envelope");
+    view.results = heddle::stage_folder(view.results, "weave");
     if (*check_app) return heddle::check_command(check);
     if (*weave_app) return heddle::weave_command(weave_options);
     if (*relax_app) return heddle::relax_command(relax);

@@ -195,6 +195,13 @@ void draw(const path& folder) {
   }
 }
 
+/// Whether a folder has a checkpoint to go on from; that of other inputs is taken away.
+bool goes_on(const path& folder, bool unfinished) {
+  const path checkpoint = folder / "checkpoint.h5";
+  if (!unfinished) std::filesystem::remove(checkpoint);
+  return std::filesystem::exists(checkpoint);
+}
+
 /// Throws for what later stages could not take, before the first one begins.
 void check_options(const PipelineOptions& o, const weave::Case& c, bool meshes, bool homogenizes) {
   std::vector<std::string> used = c.weft.yarn_of_layer;
@@ -242,8 +249,7 @@ int run_command(const PipelineOptions& options) {
       o.case_file = options.case_file;
       o.overrides = options.overrides;
       o.output = woven;
-      if (!unfinished) std::filesystem::remove(woven / "checkpoint.h5");  // of other inputs
-      o.resume = std::filesystem::exists(woven / "checkpoint.h5");
+      o.resume = goes_on(woven, unfinished);
       o.quiet = options.quiet;
       const int status = weave_command(o);
       return status == 0 ? 0 : std::max(status, 2);
@@ -259,8 +265,7 @@ int run_command(const PipelineOptions& options) {
     o.pressure = options.pressure;
     o.load_x = options.load_x;
     o.load_y = options.load_y;
-    if (!unfinished) std::filesystem::remove(folder / "checkpoint.h5");  // of other inputs
-    o.resume = std::filesystem::exists(folder / "checkpoint.h5");
+    o.resume = goes_on(folder, unfinished);
     o.quiet = options.quiet;
     return relax_command(o);
   };
